@@ -1,0 +1,1 @@
+"""Emulated devices: one device model, several transports."""

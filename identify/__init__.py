@@ -1,0 +1,1 @@
+"""Identifies and explains recorded traces: pure numerics, no ports, files or clocks."""

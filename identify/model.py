@@ -1,0 +1,56 @@
+"""What a rig is made of: G1, F, G2, noise, and the physics added to them, as plain data."""
+
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True)
+class Rational:
+    """A linear block num(s)/den(s) exp(-s dead_time_s); coefficients in descending powers of s (paper eq. 46)."""
+
+    num: tuple[float, ...]
+    den: tuple[float, ...]
+    dead_time_s: float = 0.0
+
+    @property
+    def dc_gain(self) -> float:
+        """Return G(0), dimensionless."""
+        return self.num[-1] / self.den[-1]
+
+
+@dataclass(frozen=True)
+class Backlash:
+    """The play operator of eqs. (6)-(7): slopes in V/V, crossings of the v axis in V."""
+
+    s_l: float
+    d_l_v: float
+    s_u: float
+    d_u_v: float
+
+
+@dataclass(frozen=True)
+class LinearF:
+    """F without memory: w = gain * v + offset_v."""
+
+    gain: float = 1.0
+    offset_v: float = 0.0
+
+
+@dataclass(frozen=True)
+class Physics:
+    """One piece of physics beyond the plain model, with its values in the units its effect declares."""
+
+    id: str
+    values: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Model:
+    """The signal path source -> G1 -> F -> G2 -> sense; ``fixed`` lists parameter names that are not refitted."""
+
+    title: str
+    g1: Rational
+    f: Backlash | LinearF
+    g2: Rational
+    noise_v: float | None = None
+    fixed: tuple[str, ...] = ()
+    physics: tuple[Physics, ...] = field(default=())

@@ -1,0 +1,1 @@
+"""Protocols a bench can play, each opening with the question it answers."""

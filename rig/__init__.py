@@ -1,0 +1,1 @@
+"""Runs protocols on a rig: protocol, plan, device contract, runner, recording, commands."""
