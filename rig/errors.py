@@ -1,0 +1,76 @@
+"""What can go wrong, who is told, and with which exit code: the error tree of the whole application."""
+
+from collections.abc import Sequence
+
+
+class RigError(Exception):
+    """One thing that went wrong, told in one message: what, where, the value, what is allowed, what to do."""
+
+    exit_code = 1
+
+    def __init__(
+        self, what: str, *, where: str | None = None, value: str | None = None, allowed: str | None = None,
+        do: str | None = None,
+    ) -> None:
+        """Keep the parts; every one is text for the operator, and quantities in it carry their units."""
+        self.what = what
+        self.where = where
+        self.value = value
+        self.allowed = allowed
+        self.do = do
+        super().__init__(sentence(what, where=where, value=value, allowed=allowed, do=do))
+
+
+class RefusedError(RigError):
+    """The answer is negative: a check refused, a verification failed. Exit code 1."""
+
+    exit_code = 1
+
+
+class UsageError(RigError):
+    """The command or its options make no sense. Exit code 2."""
+
+    exit_code = 2
+
+
+class FileError(RigError):
+    """An input file is missing, damaged, or says something it must not. Exit code 2."""
+
+    exit_code = 2
+
+
+class DeviceError(RigError):
+    """The device failed or answered nonsense; the output was left safe. Exit code 3."""
+
+    exit_code = 3
+
+
+class IncompleteError(RigError):
+    """The run ended early; what was recorded is kept. Exit code 4."""
+
+    exit_code = 4
+
+
+def sentence(
+    what: str, *, where: str | None = None, value: str | None = None, allowed: str | None = None, do: str | None = None,
+) -> str:
+    """Return ``where: what: value; allowed: ...; do``, leaving out the parts that are None."""
+    head = ": ".join(part for part in (where, what, value) if part)
+    tail = [f"allowed: {allowed}"] if allowed else []
+    return "; ".join([head, *tail, *([do] if do else [])])
+
+
+def nearest(word: str, valid: Sequence[str]) -> str | None:
+    """Return the entry of ``valid`` that looks most like ``word``, or None when none does."""
+    import difflib
+
+    lowered = {entry.lower(): entry for entry in valid}
+    found = difflib.get_close_matches(word.lower(), list(lowered), n=1, cutoff=0.5)
+    return lowered[found[0]] if found else None
+
+
+def unknown(kind: str, word: str, valid: Sequence[str]) -> dict[str, str]:
+    """Return the ``what``, ``allowed`` and ``do`` of an unknown name, the nearest valid one proposed."""
+    close = nearest(word, valid)
+    parts = {"what": f"unknown {kind} {word!r}", "allowed": ", ".join(sorted(valid))}
+    return {**parts, "do": f"did you mean {close!r}?"} if close else parts
