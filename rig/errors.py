@@ -74,3 +74,19 @@ def unknown(kind: str, word: str, valid: Sequence[str]) -> dict[str, str]:
     close = nearest(word, valid)
     parts = {"what": f"unknown {kind} {word!r}", "allowed": ", ".join(sorted(valid))}
     return {**parts, "do": f"did you mean {close!r}?"} if close else parts
+
+
+class Misfit(ValueError):
+    """A value does not fit; whoever knows the file and the line turns this into a FileError with ``placed``."""
+
+    def __init__(self, what: str, *, value: str | None = None, allowed: str | None = None, do: str | None = None) -> None:
+        """Keep the parts of the message that do not depend on the place."""
+        self.what = what
+        self.value = value
+        self.allowed = allowed
+        self.do = do
+        super().__init__(sentence(what, value=value, allowed=allowed, do=do))
+
+    def placed(self, where: str) -> FileError:
+        """Return the same message with its place, as the error a command reports."""
+        return FileError(self.what, where=where, value=self.value, allowed=self.allowed, do=self.do)
