@@ -76,10 +76,12 @@ def unknown(kind: str, word: str, valid: Sequence[str]) -> dict[str, str]:
     return {**parts, "do": f"did you mean {close!r}?"} if close else parts
 
 
-class Misfit(ValueError):
+class MisfitError(ValueError):
     """A value does not fit; whoever knows the file and the line turns this into a FileError with ``placed``."""
 
-    def __init__(self, what: str, *, value: str | None = None, allowed: str | None = None, do: str | None = None) -> None:
+    def __init__(
+        self, what: str, *, value: str | None = None, allowed: str | None = None, do: str | None = None,
+    ) -> None:
         """Keep the parts of the message that do not depend on the place."""
         self.what = what
         self.value = value

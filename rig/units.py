@@ -9,39 +9,40 @@ import re
 from functools import cache
 from typing import Any
 
-from rig.errors import Misfit, nearest
+from rig.errors import MisfitError, nearest
 
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _ATOM = r"(?:[A-Za-zµμΩ°%]+(?:\^-?\d)?)"
 _QUANTITY = re.compile(rf"\s*(?P<number>{NUMBER})\s*(?P<unit>(?:(?:1/)?{_ATOM}(?:[*/·]{_ATOM})*)?)\s*")
-_MULTIPLE = re.compile(r"\s*(?P<count>\d+)\s*[x×]\s*(?P<quantity>.+)")
+_MULTIPLE = re.compile(r"\s*(?P<count>\d+)\s*[x\u00d7]\s*(?P<quantity>.+)")
 _COMMON = (
     "V", "mV", "µV", "kV", "Hz", "mHz", "kHz", "MHz", "s", "ms", "µs", "us", "ns", "min", "h", "V/s", "V/ms", "V/µs",
     "kV/s", "rad/s", "rad", "deg", "V/V", "1/s", "ppm", "percent",
 )
 _KINDS = {
-    "V": "a voltage", "s": "a time", "Hz": "a frequency", "V/s": "a slew rate", "rad": "an angle", "rad/s": "an angular rate",
+    "V": "a voltage", "s": "a time", "Hz": "a frequency", "V/s": "a slew rate", "rad": "an angle",
+    "rad/s": "an angular rate",
 }
 
 
 def quantity(value: object, unit: str) -> float:
-    """Return ``value`` (such as ``"200 ms"``) as a finite float in ``unit``; raise Misfit saying what to write instead.
+    """Return ``value`` (such as ``"200 ms"``) as a finite float in ``unit``; raise MisfitError saying what to write instead.
 
     A bare number is accepted only where ``unit`` has no dimension. Between Hz and rad/s the factor 2 pi is applied.
     """
     if isinstance(value, bool) or not isinstance(value, int | float | str):
-        raise Misfit(f"{_kind(unit)} is needed", value=repr(value), do=f"write for example '{_example(unit)}'")
+        raise MisfitError(f"{_kind(unit)} is needed", value=repr(value), do=f"write for example '{_example(unit)}'")
     if not isinstance(value, str):
         return _finite(_bare(float(value), unit), str(value))
     found = _QUANTITY.fullmatch(value)
     if found is None:
-        raise Misfit(f"not {_kind(unit)} with a unit", value=repr(value), do=f"write for example '{_example(unit)}'")
+        raise MisfitError(f"not {_kind(unit)} with a unit", value=repr(value), do=f"write for example '{_example(unit)}'")
     number = float(found["number"])
     return _finite(number * factor(found["unit"], unit) if found["unit"] else _bare(number, unit), value)
 
 
 def multiple(value: object, unit: str) -> float:
-    """Return a quantity that may also be written as a whole multiple, ``"640 x 0.01 rad/s"``, as a float in ``unit``."""
+    """Return a quantity or a whole multiple of one, such as ``"640 x 0.01 rad/s"``, as a float in ``unit``."""
     found = _MULTIPLE.fullmatch(value) if isinstance(value, str) else None
     return int(found["count"]) * quantity(found["quantity"], unit) if found else quantity(value, unit)
 
@@ -58,10 +59,10 @@ def exact(value: float, unit: str) -> str:
 
 @cache
 def factor(source: str, target: str) -> float:
-    """Return how many ``target`` one ``source`` is; raise Misfit for an unknown unit or another dimension."""
+    """Return how many ``target`` one ``source`` is; raise MisfitError for an unknown unit or another dimension."""
     one, two = _scale(source, target), _scale(source, target, 2.0)
     if not math.isclose(two, 2.0 * one, rel_tol=1e-12):
-        raise Misfit("a logarithmic or offset unit cannot be used here", value=source, do=f"write '{_example(target)}'")
+        raise MisfitError("a logarithmic or offset unit cannot be used here", value=source, do=f"write '{_example(target)}'")
     if "hertz" in _names(target) and "radian" in _names(source, root=True):
         return one / (2.0 * math.pi)
     if "hertz" in _names(source) and "radian" in _names(target, root=True):
@@ -70,14 +71,14 @@ def factor(source: str, target: str) -> float:
 
 
 @cache
-def _registry() -> Any:  # noqa: ANN401 - pint's registry builds its types at run time
+def _registry() -> Any:
     import pint
 
     return pint.UnitRegistry(cache_folder=None)
 
 
-def _pint(unit: str) -> Any:  # noqa: ANN401
-    """Return pint's unit; an empty unit is dimensionless; raise Misfit, with the nearest common one, when unknown."""
+def _pint(unit: str) -> Any:
+    """Return pint's unit; an empty unit is dimensionless; raise MisfitError, with the nearest common one, when unknown."""
     import pint
 
     text = unit.replace("·", "*").replace("%", "percent").replace("°", "degree").replace("1/", "dimensionless/")
@@ -85,7 +86,8 @@ def _pint(unit: str) -> Any:  # noqa: ANN401
         return _registry().Unit(text or "dimensionless")
     except (pint.PintError, AttributeError, ValueError) as error:
         close = nearest(unit, _COMMON)
-        raise Misfit(f"unknown unit {unit!r}", do=f"did you mean {close!r}?" if close else "units look like V, ms, kHz") from error
+        advice = f"did you mean {close!r}?" if close else "units look like V, ms, kHz"
+        raise MisfitError(f"unknown unit {unit!r}", do=advice) from error
 
 
 def _scale(source: str, target: str, number: float = 1.0) -> float:
@@ -94,7 +96,7 @@ def _scale(source: str, target: str, number: float = 1.0) -> float:
     try:
         return float(_registry().Quantity(number, _pint(source)).to(_pint(target)).magnitude)
     except pint.DimensionalityError as error:
-        raise Misfit(f"wrong unit {source!r}", allowed=f"{_kind(target)}, as in '{_example(target)}'") from error
+        raise MisfitError(f"wrong unit {source!r}", allowed=f"{_kind(target)}, as in '{_example(target)}'") from error
 
 
 def _names(unit: str, root: bool = False) -> str:
@@ -105,13 +107,13 @@ def _names(unit: str, root: bool = False) -> str:
 def _bare(number: float, unit: str) -> float:
     if _pint(unit).dimensionless and unit not in {"rad", "deg"}:
         return number
-    raise Misfit("a number without a unit", value=f"{number:g}", allowed=_kind(unit), do=f"write '{number:g} {unit}'")
+    raise MisfitError("a number without a unit", value=f"{number:g}", allowed=_kind(unit), do=f"write '{number:g} {unit}'")
 
 
 def _finite(number: float, text: str) -> float:
     if math.isfinite(number):
         return number
-    raise Misfit("not a finite number", value=text)
+    raise MisfitError("not a finite number", value=text)
 
 
 def _kind(unit: str) -> str:

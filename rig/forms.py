@@ -1,0 +1,95 @@
+"""How is a YAML mapping held against its form, so that a refusal names file, line and key?"""
+
+from functools import partial
+from typing import Annotated, Any, Self, TypeVar
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+
+from rig.errors import FileError, MisfitError, unknown
+from rig.units import multiple, quantity
+from rig.yamlfile import Document, Keys
+
+Volts = Annotated[float, BeforeValidator(partial(quantity, unit="V"))]
+Seconds = Annotated[float, BeforeValidator(partial(quantity, unit="s")), Field(ge=0)]
+PositiveSeconds = Annotated[float, BeforeValidator(partial(quantity, unit="s")), Field(gt=0)]
+Hertz = Annotated[float, BeforeValidator(partial(quantity, unit="Hz")), Field(gt=0)]
+Rate = Annotated[float, BeforeValidator(partial(multiple, unit="Hz")), Field(gt=0)]
+VoltsPerSecond = Annotated[float, BeforeValidator(partial(quantity, unit="V/s")), Field(gt=0)]
+Radians = Annotated[float, BeforeValidator(partial(quantity, unit="rad"))]
+Gain = Annotated[float, BeforeValidator(partial(quantity, unit="V/V"))]
+
+F = TypeVar("F", bound="Form")
+
+
+class UnknownKeyError(MisfitError):
+    """A key the form does not have; ``key`` leads to its line."""
+
+    def __init__(self, key: str, valid: list[str]) -> None:
+        """Propose the valid key nearest to ``key``."""
+        self.key = key
+        super().__init__(**unknown("key", key, valid))
+
+
+class Form(BaseModel):
+    """A mapping with known keys; every other key is refused with the nearest valid one."""
+
+    model_config = ConfigDict(frozen=True, strict=True, extra="forbid", allow_inf_nan=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _known_keys(cls, data: Any) -> Any:
+        valid = cls.keys()
+        if not isinstance(data, dict):
+            raise MisfitError("a mapping is needed", value=_shown(data), allowed=f"the keys {', '.join(valid)}")
+        for key in data:
+            if key not in valid:
+                raise UnknownKeyError(key, valid)
+        return data
+
+    @classmethod
+    def keys(cls) -> list[str]:
+        """Return the keys as they stand in the file."""
+        return [info.alias or name for name, info in cls.model_fields.items()]
+
+    @classmethod
+    def read(cls, document: Document, *keys: str | int) -> Self:
+        """Return the mapping at ``keys`` of ``document`` in this form; raise FileError for the first thing wrong."""
+        return check(document, cls, keys)
+
+
+def check(document: Document, form: type[F], keys: Keys = ()) -> F:
+    """Return ``document`` at ``keys`` as ``form``; raise FileError with file, line and key."""
+    node: Any = document.data
+    for key in keys:
+        node = node[key]
+    try:
+        return form.model_validate(node)
+    except ValidationError as error:
+        problems = error.errors(include_url=False)
+        raise _placed(document, keys, min(problems, key=_urgency)) from error
+
+
+def _urgency(problem: Any) -> int:
+    """Put unknown keys before what they cause: a misspelt key is also a missing one."""
+    return 0 if isinstance(_cause(problem), UnknownKeyError) else 1
+
+
+def _cause(problem: Any) -> object:
+    return problem.get("ctx", {}).get("error")
+
+
+def _placed(document: Document, keys: Keys, problem: Any) -> FileError:
+    cause, path = _cause(problem), (*keys, *problem["loc"])
+    if isinstance(cause, UnknownKeyError):
+        return cause.placed(document.at(*path, cause.key))
+    if isinstance(cause, MisfitError):
+        return cause.placed(document.at(*path))
+    if problem["type"] == "missing":
+        return FileError(f"the key {path[-1]!r} is missing", where=document.at(*path[:-1]), do=f"add '{path[-1]}:'")
+    what = problem["msg"].replace("Input should be", "must be").replace("Value error, ", "")
+    return FileError(what, where=document.at(*path), value=_shown(problem["input"]))
+
+
+def _shown(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
