@@ -1,0 +1,181 @@
+"""The stages of the plain model: the source with its delay, linear blocks, and F with or without memory."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from identify import kernels
+from identify.discretise import Stepper, stepper
+from identify.model import Backlash, LinearF, Rational
+from identify.stage import Block, Grid, Held, Parameter, Place, Ramp, Run, Shape, Stage, Values, memoryless
+from identify.trace import Array
+
+TOLERANCE_FACTOR = 3.0  # a refitted coefficient of a linear block stays within this factor of the rig file's
+
+
+@dataclass(frozen=True)
+class Source(Stage):
+    """The generator's output, late by the sum of its delays.
+
+    Every block of the chain is time-invariant, so a dead time anywhere in it may be taken here, where a held input
+    makes it exact (physics.md 1.1: a delay moves freely along the chain).
+    """
+
+    held: bool = True
+    fixed_delay_s: float = 0.0
+    delays: tuple[Parameter, ...] = ()
+    name: str = "source"
+    place: Place = Place.SOURCE
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Return the fitted dead times."""
+        return self.delays
+
+    def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
+        """Return the delay line; a held signal is late by one instant more, because y is read before u acts."""
+        steps = max(self.fixed_delay_s + sum(values), 0.0) / grid.step_s
+        whole = int(np.floor(steps + 1e-9))
+        fraction = max(steps - whole, 0.0)
+        if self.held:
+            return _delay_line(whole), Held(fraction)
+        return _interpolating_delay_line(whole, fraction), Ramp()
+
+
+def _delay_line(whole: int) -> Run:
+    """Return a pure shift by ``whole`` instants; Block.source is already the voltage just before each instant."""
+    past = np.zeros(whole)
+
+    def run(block: Block) -> Array:
+        nonlocal past
+        if whole == 0:
+            return block.signal
+        joined = np.concatenate((past, block.signal))
+        past = joined[joined.size - whole :]
+        return joined[: block.signal.size]
+
+    return run
+
+
+def _interpolating_delay_line(whole: int, fraction: float) -> Run:
+    """Return a shift by ``whole + fraction`` instants, straight between instants."""
+    near, far = _delay_line(whole), _delay_line(whole + 1)
+    return lambda block: (1.0 - fraction) * near(block) + fraction * far(block)
+
+
+@dataclass(frozen=True)
+class LinearBlock(Stage):
+    """G1 or G2: a rational function of s whose DC gain stays as the rig file gives it (it is F's to scale).
+
+    The constant terms of numerator and denominator are one; what is fitted are the other coefficients: denominators
+    in log coordinates within a factor of the start, numerators linear in units of the block's own time constant.
+    """
+
+    start: Rational
+    name: str
+    place: Place
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Return ``NAME.den.s2, NAME.den.s1, NAME.num.s1 ...``: coefficients by power of s."""
+        order = len(self.start.den) - 1
+        den = tuple(
+            Parameter(f"{self.name}.den.s{k}", f"s^{k}", "log", within=TOLERANCE_FACTOR) for k in range(order, 0, -1)
+        )
+        time_s = abs(self.start.den[0] / self.start.den[-1]) ** (1.0 / max(order, 1))
+        degree = len(self.start.num) - 1
+        num = tuple(
+            Parameter(f"{self.name}.num.s{k}", f"s^{k}", scale=0.1 * time_s**k) for k in range(degree, 0, -1)
+        )
+        return den + num
+
+    def start_values(self) -> Values:
+        """Return the rig file's coefficients, normalised to constant terms of one."""
+        num, den = self.start.num, self.start.den
+        return tuple(a / den[-1] for a in den[:-1]) + tuple(b / num[-1] for b in num[:-1])
+
+    def rational(self, values: Values) -> Rational:
+        """Return the block with fitted coefficients, in descending powers of s."""
+        order = len(self.start.den) - 1
+        num = tuple(self.start.dc_gain * b for b in (*values[order:], 1.0))
+        return Rational(num, (*values[:order], 1.0), self.start.dead_time_s)
+
+    def stepper(self, values: Values, grid: Grid, shape: Shape) -> Stepper:
+        """Return the block's exact step on ``grid`` for an input of ``shape``."""
+        fitted = self.rational(values)
+        if isinstance(shape, Held):
+            return stepper(fitted.num, fitted.den, grid.step_s, "held", shape.fraction)
+        return stepper(fitted.num, fitted.den, grid.step_s, "ramp")
+
+    def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
+        """Return the running block; one without dynamics keeps the shape of its input."""
+        out_shape = shape if len(self.start.den) == 1 else Ramp()
+        return run_linear(self.stepper(values, grid, shape)), out_shape
+
+
+def run_linear(step: Stepper) -> Run:
+    """Return a running linear block, at rest."""
+    state, last = step.at_rest(), 0.0
+
+    def run(block: Block) -> Array:
+        nonlocal state, last
+        out = np.empty_like(block.signal)
+        state, last = kernels.linear(step.rows, step.g0, step.g1, step.c, step.d, state, last, block.signal, out)
+        return out
+
+    return run
+
+
+@dataclass(frozen=True)
+class Play(Stage):
+    """F with memory: the play operator of eqs. (6)-(7), starting from w as close to 0 as the borders allow."""
+
+    start: Backlash
+    name: str = "F"
+    place: Place = Place.F
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Return S_L, D_L, S_U, D_U."""
+        slope, gap = abs(self.start.s_l), max(abs(self.start.d_l_v), abs(self.start.d_u_v), 1e-3)
+        return (
+            Parameter("F.S_L", "V/V", scale=0.3 * slope),
+            Parameter("F.D_L", "V", scale=0.3 * gap),
+            Parameter("F.S_U", "V/V", scale=0.3 * slope),
+            Parameter("F.D_U", "V", scale=0.3 * gap),
+        )
+
+    def start_values(self) -> Values:
+        """Return the rig file's borders."""
+        return (self.start.s_l, self.start.d_l_v, self.start.s_u, self.start.d_u_v)
+
+    def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
+        """Return the running play operator."""
+        w = 0.0
+
+        def run(block: Block) -> Array:
+            nonlocal w
+            out = np.empty_like(block.signal)
+            w = kernels.play(*values, w, block.signal, out)
+            return out
+
+        return run, shape
+
+
+@dataclass(frozen=True)
+class Gain(Stage):
+    """F without memory: w = gain v + offset."""
+
+    start: LinearF
+    name: str = "F"
+    place: Place = Place.F
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Return gain and offset."""
+        return (Parameter("F.gain", "V/V", scale=0.3 * abs(self.start.gain)), Parameter("F.offset", "V", scale=0.1))
+
+    def start_values(self) -> Values:
+        """Return the rig file's gain and offset."""
+        return (self.start.gain, self.start.offset_v)
+
+    def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
+        """Return the gain at work."""
+        gain, offset = values
+        return memoryless(lambda v: gain * v + offset, shape)

@@ -1,0 +1,206 @@
+"""How stages make a signal path, and what that path answers to a source voltage."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+import numpy as np
+
+from identify import kernels
+from identify.blocks import Gain, LinearBlock, Play, Source
+from identify.model import Backlash, LinearF, Model, Rational
+from identify.stage import Block, Grid, Held, Parameter, Place, Ramp, Run, Shape, Stage, Values
+from identify.trace import Array, Intersample, Trace
+
+CHUNK = 1 << 16  # instants handled at once: bounds memory, stays near the cache
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Stages in the order of the signal, and the value of every parameter by full name.
+
+    A local parameter ``hum.phase`` may also be given for one run: ``hum.phase[RUN]``.
+    """
+
+    stages: tuple[Stage, ...]
+    values: Mapping[str, float]
+
+    def __post_init__(self) -> None:
+        """Freeze the values."""
+        object.__setattr__(self, "values", MappingProxyType(dict(self.values)))
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Return the parameters of all stages, in the order of the signal."""
+        return tuple(parameter for stage in self.stages for parameter in stage.parameters())
+
+    def of(self, stage: Stage, run: str) -> Values:
+        """Return the values of one stage in one run."""
+        return tuple(self.values.get(local_name(p.name, run), self.values[p.name]) for p in stage.parameters())
+
+    def with_values(self, values: Mapping[str, float]) -> "Chain":
+        """Return this chain with some values replaced."""
+        return replace(self, values={**self.values, **values})
+
+    def with_stage(self, stage: Stage, values: Mapping[str, float]) -> "Chain":
+        """Return this chain with one more stage, behind those of the same place."""
+        at = sum(other.place <= stage.place for other in self.stages)
+        return Chain((*self.stages[:at], stage, *self.stages[at:]), {**self.values, **values})
+
+    def with_replaced(self, old: Stage, new: Stage, values: Mapping[str, float]) -> "Chain":
+        """Return this chain with ``new`` where ``old`` was."""
+        return Chain(tuple(new if s is old else s for s in self.stages), {**self.values, **values})
+
+    def index(self, place: Place) -> int:
+        """Return the number of stages up to and including ``place``: the position just behind it."""
+        return sum(stage.place <= place for stage in self.stages)
+
+    def first_difference(self, other: "Chain", run: str) -> int:
+        """Return the index of the first stage whose values differ in ``run`` (len(stages) when none does)."""
+        for i, stage in enumerate(self.stages):
+            if self.of(stage, run) != other.of(stage, run):
+                return i
+        return len(self.stages)
+
+    def begin(self, grid: Grid, first: int = 0, shape: Shape | None = None) -> list[Run]:
+        """Return the running stages on ``grid``, at rest. Raise ValueError for values no block can have."""
+        runs: list[Run] = []
+        shape = shape or Ramp()
+        for i, stage in enumerate(self.stages):
+            run, shape = stage.begin(self.of(stage, grid.run), grid, shape)
+            if i >= first:
+                runs.append(run)
+        return runs
+
+
+def local_name(name: str, run: str) -> str:
+    """Return the name under which one run's own value of a local parameter is kept."""
+    return f"{name}[{run}]"
+
+
+def plain_chain(model: Model, intersample: Intersample = "held") -> Chain:
+    """Return the chain of G1, F and G2 as ``model`` gives them, without its further physics."""
+    g1 = LinearBlock(model.g1, "G1", Place.G1)
+    g2 = LinearBlock(model.g2, "G2", Place.G2)
+    f = Play(model.f) if isinstance(model.f, Backlash) else Gain(model.f)
+    delays = (Parameter("G2.dead_time", "s", "log"),) if model.g2.dead_time_s > 0 else ()
+    source = Source(intersample == "held", model.g1.dead_time_s, delays)
+    values = dict(zip([p.name for p in delays], [model.g2.dead_time_s] * len(delays), strict=True))
+    for stage in (g1, f, g2):
+        values |= dict(zip([p.name for p in stage.parameters()], stage.start_values(), strict=True))
+    return Chain((source, g1, f, g2), values)
+
+
+def source_voltage(u: Array, intersample: Intersample, substeps: int, before: float = 0.0) -> Array:
+    """Return the source voltage just before each instant, shape (N * substeps,).
+
+    Held: u[k] acts from its own instant on, so the voltage just before it is still u[k-1] (``before`` for k = 0).
+    """
+    if intersample == "held":
+        fine = np.repeat(u, substeps)
+        return np.concatenate(([before], fine[:-1]))
+    if substeps == 1:
+        return u
+    if intersample == "bandlimited":
+        from scipy.signal import resample
+
+        return np.asarray(resample(u, u.size * substeps), dtype=np.float64)
+    sample = np.arange(u.size * substeps) / substeps
+    return np.asarray(np.interp(sample, np.arange(u.size), u), dtype=np.float64)
+
+
+def grid_of(trace: Trace, substeps: int = 1) -> Grid:
+    """Return the instants on which ``trace`` is simulated."""
+    return Grid(trace.name, 1.0 / (trace.rate_hz * substeps), substeps, trace.start_s)
+
+
+def chunks(source: Array, grid: Grid) -> Iterator[Block]:
+    """Yield the source voltage in stretches of whole samples."""
+    size = max(CHUNK // grid.substeps, 1) * grid.substeps
+    for first in range(0, source.size, size):
+        piece = source[first : first + size]
+        yield Block(piece, piece, first, grid)
+
+
+def advance(run: Run, block: Block) -> Block:
+    """Return the block behind one more stage."""
+    return replace(block, signal=run(block))
+
+
+def signals(chain: Chain, trace: Trace, substeps: int = 1) -> list[Array]:
+    """Return the signal behind every stage at the sample instants, shape (N,) each: taps a bench does not have."""
+    grid = grid_of(trace, substeps)
+    runs = chain.begin(grid)
+    taps: list[list[Array]] = [[] for _ in runs]
+    for entering in chunks(source_voltage(trace.u, trace.intersample, substeps), grid):
+        block = entering
+        for i, run in enumerate(runs):
+            block = advance(run, block)
+            taps[i].append(block.signal[::substeps])
+    return [np.concatenate(tap) for tap in taps]
+
+
+def simulate(chain: Chain, trace: Trace, substeps: int = 1) -> Array:
+    """Return the chain's answer at the sample instants, V, shape (N,), from rest."""
+    grid = grid_of(trace, substeps)
+    run = running(chain, grid)
+    source = source_voltage(trace.u, trace.intersample, substeps)
+    out = [run(block)[::substeps] for block in chunks(source, grid)]
+    return out[0] if len(out) == 1 else np.concatenate(out)
+
+
+def running(chain: Chain, grid: Grid) -> Run:
+    """Return the whole chain as one running stage; the plain chain runs in one compiled loop."""
+    fused = _fused(chain, grid)
+    if fused is not None:
+        return fused
+    runs = chain.begin(grid)
+
+    def run(block: Block) -> Array:
+        for stage in runs:
+            block = advance(stage, block)
+        return block.signal
+
+    return run
+
+
+def _fused(chain: Chain, grid: Grid) -> Run | None:
+    """Return the plain chain as one compiled loop, or None when the chain is another."""
+    if tuple(type(stage) for stage in chain.stages) != (Source, LinearBlock, Play, LinearBlock):
+        return None
+    source, g1, f, g2 = chain.stages
+    assert isinstance(g1, LinearBlock) and isinstance(g2, LinearBlock)
+    delay, shape = source.begin(chain.of(source, grid.run), grid, Ramp())
+    one = g1.stepper(chain.of(g1, grid.run), grid, shape)
+    two = g2.stepper(chain.of(g2, grid.run), grid, shape if one.g1 == (0.0,) and isinstance(shape, Held) else Ramp())
+    borders = chain.of(f, grid.run)
+    x1, w, x2, last = one.at_rest(), 0.0, two.at_rest(), 0.0
+
+    def run(block: Block) -> Array:
+        nonlocal x1, w, x2, last
+        u = delay(block)
+        out = np.empty_like(u)
+        x1, w, x2, last = kernels.plain_chain(
+            one.rows, one.g0, one.g1, one.c, one.d, x1, *borders, w,
+            two.rows, two.g0, two.g1, two.c, two.d, x2, last, u, out,
+        )  # fmt: skip
+        return out
+
+    return run
+
+
+def model_of(chain: Chain, plain: Model) -> Model:
+    """Return ``plain`` with the values of ``chain``; physics beyond it are the caller's to add."""
+    blocks: dict[str, Rational] = {}
+    f: Backlash | LinearF = plain.f
+    for stage in chain.stages:
+        values = tuple(chain.values[p.name] for p in stage.parameters())
+        if isinstance(stage, LinearBlock) and stage.name in ("G1", "G2"):
+            blocks[stage.name] = stage.rational(values)
+        elif isinstance(stage, Play):
+            f = Backlash(*values[:4])
+        elif isinstance(stage, Gain):
+            f = LinearF(*values)
+    g2 = replace(blocks["G2"], dead_time_s=chain.values.get("G2.dead_time", plain.g2.dead_time_s))
+    return replace(plain, g1=blocks["G1"], f=f, g2=g2)
+
+

@@ -1,0 +1,92 @@
+"""How a linear block in s becomes exact steps in time.
+
+The input between two instants is one of two shapes. Ramp: straight from s[j-1] to s[j] (inside the chain, where
+signals are continuous). Held: constant at s[j], with the first ``fraction`` of the step still at s[j-1] (a DAC whose
+update arrives late by a part of a step). Both give x[j] = Phi x[j-1] + g0 s[j-1] + g1 s[j] without approximation.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import expm
+
+Matrix = NDArray[np.float64]
+InputShape = Literal["ramp", "held"]
+Row = tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Stepper:
+    """One linear block at one step size, as the tuples the compiled loops take."""
+
+    rows: tuple[Row, ...]
+    g0: Row
+    g1: Row
+    c: Row
+    d: float
+
+    @property
+    def order(self) -> int:
+        """Return the number of states (0 states are run as one state that stays zero)."""
+        return len(self.rows)
+
+    def at_rest(self) -> Row:
+        """Return the state of a block whose input has been zero for ever."""
+        return (0.0,) * len(self.rows)
+
+
+def companion(num: Row, den: Row) -> tuple[Matrix, Matrix, Matrix, float, float]:
+    """Return (A, B, C, D, w0): a controllable form in scaled time s / w0, so that entries stay near one.
+
+    ``num`` and ``den`` in descending powers, len(num) <= len(den). ValueError when the block is improper.
+    """
+    order = len(den) - 1
+    if len(num) > len(den):
+        raise ValueError(f"numerator of order {len(num) - 1} over denominator of order {order} is not realisable")
+    w0 = float(abs(den[-1] / den[0]) ** (1.0 / order))
+    powers = w0 ** np.arange(order, -1, -1.0)
+    a = np.asarray(den) * powers
+    b = np.zeros(order + 1)
+    b[order + 1 - len(num) :] = num
+    b = b * powers / a[0]
+    a = a / a[0]
+    big_a = np.diag(np.ones(order - 1), 1)
+    big_a[-1] = -a[:0:-1]
+    big_b = np.zeros((order, 1))
+    big_b[-1, 0] = 1.0
+    taps = (b[1:] - b[0] * a[1:])[::-1]
+    return big_a, big_b, taps, float(b[0]), w0
+
+
+def transition(a: Matrix, b: Matrix, step: float) -> tuple[Matrix, Matrix, Matrix]:
+    """Return (Phi, held, ramp): the state's own step, and its answers to a unit level and to a unit ramp end."""
+    n = a.shape[0]
+    augmented = np.zeros((n + 2, n + 2))
+    augmented[:n, :n] = a * step
+    augmented[:n, n : n + 1] = b * step
+    augmented[n, n + 1] = 1.0
+    power = expm(augmented)
+    return power[:n, :n], power[:n, n], power[:n, n + 1]
+
+
+def stepper(num: Row, den: Row, step_s: float, shape: InputShape, fraction: float = 0.0) -> Stepper:
+    """Return the exact stepper of num/den for an input of the given shape; ``fraction`` is for held inputs.
+
+    Source: Van Loan, Computing integrals involving the matrix exponential, IEEE TAC 23 (1978) 395.
+    """
+    if len(den) == 1:
+        gain = num[-1] / den[-1]
+        return Stepper(((0.0,),), (0.0,), (0.0,), (0.0,), gain)
+    a, b, taps, d, w0 = companion(num, den)
+    step = step_s * w0
+    phi, held, ramp = transition(a, b, step)
+    if shape == "ramp":
+        g0, g1 = held - ramp, ramp
+    elif fraction == 0.0:
+        g0, g1 = np.zeros_like(held), held
+    else:
+        rest_phi, g1, _ = transition(a, b, step * (1.0 - fraction))
+        g0 = rest_phi @ transition(a, b, step * fraction)[1]
+    return Stepper(tuple(map(tuple, phi.tolist())), tuple(g0.tolist()), tuple(g1.tolist()), tuple(taps.tolist()), d)

@@ -1,0 +1,256 @@
+"""Which values of a chain's parameters make its answers closest to the recordings, and how sure are they?
+
+Joint maximum likelihood over all runs with white noise of known size: Gauss-Newton steps inside a trust box, on normal
+equations that are summed chunk by chunk. Sensitivities are one-sided differences; a perturbed chain shares with the unperturbed
+one every stage before the first that differs.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import exp, log
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import LinAlgError, cho_factor, cho_solve
+
+from identify.chain import Chain, advance, chunks, grid_of, local_name, running
+from identify.observe import Observation
+from identify.stage import Block, Parameter
+from identify.trace import Array
+
+DIFFERENCE = 1e-5  # step of the differences, in search coordinates
+WIDE = 3.0  # sd of the prior on a free log coordinate: a factor of 20
+WIDE_LINEAR = 10.0  # sd of the prior on a linear coordinate, in units of its scale
+RADIUS = 0.5  # first half width of the trust box, in search coordinates
+NEGLIGIBLE = 1e-4  # an expected gain in cost that no test could see ends the search
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """One searched number: the value's name, and how the search coordinate (0 at the centre) maps to it."""
+
+    name: str
+    parameter: Parameter
+    centre: float
+
+    def value(self, theta: float) -> float:
+        """Return the parameter's value at search coordinate theta."""
+        if self.parameter.coordinate == "log":
+            return self.centre * exp(min(max(theta, -60.0), 60.0))
+        return self.centre + self.parameter.scale * theta
+
+    def theta(self, value: float) -> float:
+        """Return the search coordinate of a value."""
+        if self.parameter.coordinate == "log":
+            return log(value / self.centre)
+        return (value - self.centre) / self.parameter.scale
+
+    def slope(self, theta: float) -> float:
+        """Return d value / d theta."""
+        return self.value(theta) if self.parameter.coordinate == "log" else self.parameter.scale
+
+    @property
+    def prior_sd(self) -> float:
+        """Return the sd of the prior: weak, so that it only holds what the data say nothing about."""
+        if self.parameter.coordinate == "linear":
+            return WIDE_LINEAR
+        return WIDE if self.parameter.within is None else 1.0
+
+    @property
+    def bound(self) -> float:
+        """Return how far theta may go from its centre."""
+        return float("inf") if self.parameter.within is None else log(self.parameter.within)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted chain: its cost (chi-squared plus prior), and the covariance of its searched coordinates."""
+
+    chain: Chain
+    coordinates: tuple[Coordinate, ...]
+    theta: Array
+    cost: float
+    covariance: NDArray[np.float64]
+    converged: bool
+    sentence: str
+
+    def sd(self, name: str) -> float:
+        """Return the standard deviation of a value, in its unit; 0 when it was not searched."""
+        for i, coordinate in enumerate(self.coordinates):
+            if coordinate.name == name:
+                return float(np.sqrt(self.covariance[i, i])) * abs(coordinate.slope(float(self.theta[i])))
+        return 0.0
+
+    def ci95(self, name: str, inflation: float = 1.0) -> tuple[float, float]:
+        """Return the 95 % interval of a value, from the curvature of the likelihood in its search coordinate."""
+        for i, coordinate in enumerate(self.coordinates):
+            if coordinate.name == name:
+                half = 1.96 * inflation * float(np.sqrt(self.covariance[i, i]))
+                ends = (coordinate.value(float(self.theta[i]) - half), coordinate.value(float(self.theta[i]) + half))
+                return (min(ends), max(ends))
+        return (self.chain.values[name], self.chain.values[name])
+
+
+def is_fixed(name: str, fixed: Sequence[str]) -> bool:
+    """Return whether ``name`` or an owner of it is listed: G1 covers G1.den.s2."""
+    return any(name == item or name.startswith(item + ".") for item in fixed)
+
+
+def coordinates_of(
+    chain: Chain, centre: Mapping[str, float], runs: Sequence[str], fixed: Sequence[str] = ()
+) -> tuple[Coordinate, ...]:
+    """Return what is searched: every parameter not fixed, local ones once for each run."""
+    found: list[Coordinate] = []
+    for parameter in chain.parameters():
+        if is_fixed(parameter.name, fixed):
+            continue
+        names = [local_name(parameter.name, run) for run in runs] if parameter.local else [parameter.name]
+        found += [Coordinate(n, parameter, centre.get(n, centre[parameter.name])) for n in names]
+    return tuple(found)
+
+
+def fit(
+    chain: Chain,
+    observations: Sequence[Observation],
+    centre: Mapping[str, float] | None = None,
+    fixed: Sequence[str] = (),
+    iterations: int = 30,
+) -> Fit:
+    """Fit ``chain`` from its own values to all observations; the prior sits at ``centre`` (default: the start).
+
+    Never raises for bad numbers: a fit that does not converge says so in ``converged`` and ``sentence``.
+    """
+    centre = {**chain.values, **(centre or {})}
+    coordinates = coordinates_of(chain, centre, [o.trace.name for o in observations], fixed)
+    start = np.array([c.theta(chain.values.get(c.name, chain.values[c.parameter.name])) for c in coordinates])
+    return _search(_Problem(chain, tuple(observations), coordinates), start, iterations)
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """The chain, the data and the coordinates of one fit."""
+
+    chain: Chain
+    observations: tuple[Observation, ...]
+    coordinates: tuple[Coordinate, ...]
+
+    def at(self, theta: Array) -> Chain:
+        """Return the chain at search coordinates theta."""
+        return self.chain.with_values({c.name: c.value(float(t)) for c, t in zip(self.coordinates, theta, strict=True)})
+
+    @cached_property
+    def prior_sd(self) -> Array:
+        """Return the prior's sd in every coordinate."""
+        return np.array([c.prior_sd for c in self.coordinates])
+
+    @cached_property
+    def bound(self) -> Array:
+        """Return the bound of every coordinate."""
+        return np.array([c.bound for c in self.coordinates])
+
+    def cost(self, theta: Array) -> float:
+        """Return chi-squared plus prior; infinity where the chain cannot be simulated."""
+        total = float(np.sum(np.square(theta / self.prior_sd)))
+        for observation in self.observations:
+            total += chi_squared(self.at(theta), observation)
+        return total if np.isfinite(total) else float("inf")
+
+    def normal(self, theta: Array) -> tuple[NDArray[np.float64], Array]:
+        """Return the normal matrix J'J / sigma^2 plus prior curvature, and the descent direction's right side."""
+        matrix = np.diag(self.prior_sd**-2.0)
+        right = -theta * self.prior_sd**-2.0
+        varied = [self.at(theta + DIFFERENCE * row) for row in np.eye(theta.size)]
+        for observation in self.observations:
+            for residual, slopes in sensitivities(self.at(theta), varied, observation):
+                matrix += slopes @ slopes.T
+                right += slopes @ residual
+        return matrix, right
+
+
+def chi_squared(chain: Chain, observation: Observation) -> float:
+    """Return the sum of squared residuals in units of the noise; infinity where the chain cannot be simulated."""
+    try:
+        with np.errstate(over="ignore", invalid="ignore"):
+            grid = grid_of(observation.trace, observation.substeps)
+            run, total = running(chain, grid), 0.0
+            for block in chunks(observation.source, grid):
+                at = slice(block.first // grid.substeps, (block.first + block.signal.size) // grid.substeps)
+                residual = (observation.trace.y[at] - run(block)[:: grid.substeps])[observation.use[at]]
+                total += float(residual @ residual)
+    except (ValueError, ArithmeticError, LinAlgError):
+        return float("inf")
+    return total / observation.noise_v**2
+
+
+def sensitivities(
+    chain: Chain, varied: Sequence[Chain], observation: Observation
+) -> Iterator[tuple[Array, NDArray[np.float64]]]:
+    """Yield, chunk by chunk, the used residual (n,) and its slopes (p, n) against each varied chain, per noise sd."""
+    grid = grid_of(observation.trace, observation.substeps)
+    base = chain.begin(grid)
+    firsts = [chain.first_difference(other, grid.run) for other in varied]
+    others = [other.begin(grid, first) for other, first in zip(varied, firsts, strict=True)]
+    for entering in chunks(observation.source, grid):
+        passed: list[Block] = [entering]
+        for stage in base:
+            passed.append(advance(stage, passed[-1]))
+        at = slice(entering.first // grid.substeps, (entering.first + entering.signal.size) // grid.substeps)
+        use = observation.use[at]
+        answer = passed[-1].signal[:: grid.substeps][use]
+        slopes = np.zeros((len(varied), answer.size))
+        for row, first, runs in zip(slopes, firsts, others, strict=True):
+            if runs:
+                block = passed[first]
+                for stage in runs:
+                    block = advance(stage, block)
+                row[:] = (block.signal[:: grid.substeps][use] - answer) / (DIFFERENCE * observation.noise_v)
+        yield (observation.trace.y[at][use] - answer) / observation.noise_v, slopes
+
+
+def _search(problem: _Problem, theta: Array, iterations: int) -> Fit:
+    """Search by Gauss-Newton steps in a box that grows where the quadratic model holds and shrinks where it fails."""
+    cost, radius = problem.cost(theta), RADIUS
+    if not np.isfinite(cost):
+        return _failed(problem, theta, "the model cannot be simulated at its starting values")
+    converged, sentence = False, f"no minimum within {iterations} iterations"
+    matrix, right = problem.normal(theta)
+    for _ in range(iterations):
+        low, high = np.maximum(-problem.bound - theta, -radius), np.minimum(problem.bound - theta, radius)
+        step = boxed_step(matrix, right, low, high)
+        expected = float(step @ (2.0 * right - matrix @ step))
+        if expected < NEGLIGIBLE or radius < 1e-9:
+            converged, sentence = True, "converged"
+            break
+        trial = problem.cost(theta + step)
+        gain = (cost - trial) / expected
+        radius = radius * 3.0 if gain > 0.75 else radius if gain > 0.25 else 0.25 * float(np.max(np.abs(step)))
+        if gain > 0.0:
+            theta, cost = theta + step, trial
+            matrix, right = problem.normal(theta)
+    return Fit(
+        problem.at(theta), problem.coordinates, theta, cost, np.linalg.pinv(matrix, hermitian=True), converged, sentence
+    )
+
+
+def boxed_step(matrix: NDArray[np.float64], right: Array, low: Array, high: Array) -> Array:
+    """Return the minimiser of the quadratic model inside a box: coordinates that want out are held at its wall."""
+    step, free = np.zeros_like(right), np.ones(right.size, dtype=bool)
+    for _ in range(right.size):
+        if not free.any():
+            break
+        pull = right[free] - matrix[np.ix_(free, ~free)] @ step[~free]
+        wanted = cho_solve(cho_factor(matrix[np.ix_(free, free)]), pull)
+        step[free] = np.clip(wanted, low[free], high[free])
+        held = free.copy()
+        held[free] = step[free] != wanted
+        if not held.any():
+            break
+        free &= ~held
+    return step
+
+
+def _failed(problem: _Problem, theta: Array, sentence: str) -> Fit:
+    """Return a fit that says why there is none."""
+    size = theta.size
+    return Fit(problem.chain, problem.coordinates, theta, float("inf"), np.full((size, size), np.inf), False, sentence)

@@ -1,0 +1,117 @@
+"""The compiled loops over samples, all in one place.
+
+State-space rows, taps and states are tuples, so that numba knows the order at compile time and unrolls it.
+``advance`` and ``dot`` recurse over those tuples; the recursion is resolved while compiling.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numba.extending import overload
+
+from identify.trace import Array
+
+# Sums may be reordered and fused, NaN and infinity keep their meaning.
+_FAST = {"contract", "reassoc", "nsz"}
+
+
+def dot(c: Any, x: Any) -> Any:
+    """Return the inner product of two tuples of equal length (compiled code only)."""
+    raise NotImplementedError("compiled code only")
+
+
+def advance(rows: Any, g0: Any, g1: Any, x: Any, a: Any, b: Any) -> Any:
+    """Return the next state rows @ x + g0 a + g1 b, all tuples (compiled code only)."""
+    raise NotImplementedError("compiled code only")
+
+
+@overload(dot, strict=False, jit_options={"fastmath": _FAST})
+def _dot(c: Any, x: Any) -> Callable[..., Any]:
+    if len(c) == 1:
+        return lambda c, x: c[0] * x[0]
+    return lambda c, x: dot(c[1:], x[1:]) + c[0] * x[0]
+
+
+@overload(advance, strict=False, jit_options={"fastmath": _FAST})
+def _advance(rows: Any, g0: Any, g1: Any, x: Any, a: Any, b: Any) -> Callable[..., Any]:
+    if len(rows) == 1:
+        return lambda rows, g0, g1, x, a, b: ((g0[0] * a + g1[0] * b) + dot(rows[0], x),)
+    return lambda rows, g0, g1, x, a, b: (
+        ((g0[0] * a + g1[0] * b) + dot(rows[0], x),) + advance(rows[1:], g0[1:], g1[1:], x, a, b)
+    )
+
+
+@njit(fastmath=_FAST, error_model="numpy", cache=True)
+def linear(rows: Any, g0: Any, g1: Any, c: Any, d: float, state: Any, last: float, signal: Array, out: Array) -> Any:
+    """Run a linear block over ``signal``: x[j] = rows x[j-1] + g0 s[j-1] + g1 s[j], out[j] = c x[j] + d s[j]."""
+    for j in range(signal.size):
+        state = advance(rows, g0, g1, state, last, signal[j])
+        last = signal[j]
+        out[j] = dot(c, state) + d * last
+    return state, last
+
+
+@njit(error_model="numpy", cache=True)
+def play(s_l: float, d_l: float, s_u: float, d_u: float, w: float, v: Array, out: Array) -> float:
+    """Run the play operator of eq. (7) over v from the level w; return the last level."""
+    for j in range(v.size):
+        w = min(max(w, s_l * (v[j] - d_l)), s_u * (v[j] - d_u))
+        out[j] = w
+    return w
+
+
+@njit(error_model="numpy", cache=True)
+def leaky_play(
+    s_l: float, d_l: float, s_u: float, d_u: float, keep: float, lose: float, w: float, v: Array, out: Array
+) -> float:
+    """Run a play operator whose held level becomes keep * w - lose at every sample before the borders act."""
+    for j in range(v.size):
+        w = min(max(keep * w - lose, s_l * (v[j] - d_l)), s_u * (v[j] - d_u))
+        out[j] = w
+    return w
+
+
+@njit(error_model="numpy", cache=True)
+def play_tangent(s_l: float, d_l: float, s_u: float, d_u: float, v: Array, w: Array, dv: Array, out: Array) -> None:
+    """Propagate a small change dv (J, N) of v through the play operator: followed on a border, frozen in the gap."""
+    for i in range(dv.shape[0]):
+        hold = 0.0
+        for j in range(v.size):
+            if w[j] == s_l * (v[j] - d_l):
+                hold = s_l * dv[i, j]
+            elif w[j] == s_u * (v[j] - d_u):
+                hold = s_u * dv[i, j]
+            out[i, j] = hold
+
+
+@njit(fastmath=_FAST, error_model="numpy", cache=True)
+def plain_chain(
+    rows1: Any, a0: Any, a1: Any, c1: Any, d1: float, x1: Any,
+    s_l: float, d_l: float, s_u: float, d_u: float, w: float,
+    rows2: Any, b0: Any, b1: Any, c2: Any, d2: float, x2: Any,
+    last_u: float, u: Array, out: Array,
+) -> Any:  # fmt: skip
+    """Run G1, play and G2 in one loop: three recurrences that the processor overlaps."""
+    last_w = w
+    for j in range(u.size):
+        x1 = advance(rows1, a0, a1, x1, last_u, u[j])
+        last_u = u[j]
+        v = dot(c1, x1) + d1 * last_u
+        w = min(max(last_w, s_l * (v - d_l)), s_u * (v - d_u))
+        x2 = advance(rows2, b0, b1, x2, last_w, w)
+        last_w = w
+        out[j] = dot(c2, x2) + d2 * w
+    return x1, w, x2, last_u
+
+
+@njit(error_model="numpy", cache=True)
+def age(branch: Array, plateau: float) -> Array:
+    """Count samples since ``branch`` last became ``plateau``; 0 elsewhere."""
+    out = np.zeros(branch.size)
+    count = 0.0
+    for j in range(branch.size):
+        count = count + 1.0 if branch[j] == plateau else 0.0
+        out[j] = count
+    return out

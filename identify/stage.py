@@ -1,0 +1,111 @@
+"""What a stage of the signal path is: the one idea behind simulation, fit and explanation.
+
+A chain runs on instants t[j] = start + j * step. A signal is its value just before each instant. A stage is asked once
+to begin and then turns block after block of its input into its output, keeping its own memory between blocks.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Literal
+
+import numpy as np
+
+from identify.trace import Array
+
+
+class Place(IntEnum):
+    """Where a stage sits on the way from source to sense."""
+
+    SOURCE = 0
+    G1 = 1
+    F = 2
+    G2 = 3
+    SENSE = 4
+
+    @property
+    def label(self) -> str:
+        """Return the name used in reports."""
+        return self.name.lower() if self in (Place.SOURCE, Place.SENSE) else self.name
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of a stage: its full name, its SI unit, and the coordinate in which it is searched.
+
+    ``log`` parameters stay positive; ``scale`` is the natural size of a linear one, in its unit.
+    ``within`` bounds a log parameter to a factor around its start (None: no bound).
+    ``local`` parameters take a value of their own in every run (the phase of the mains, say).
+    ``label`` is what reports call it when the name would not say enough.
+    """
+
+    name: str
+    unit: str
+    coordinate: Literal["log", "linear"] = "linear"
+    scale: float = 1.0
+    within: float | None = None
+    local: bool = False
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The instants of one run: ``substeps`` steps of ``step_s`` to a sample, the first at ``start_s``."""
+
+    run: str
+    step_s: float
+    substeps: int = 1
+    start_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class Held:
+    """A signal constant between instants, whose change arrives ``fraction`` of a step late."""
+
+    fraction: float = 0.0
+
+
+@dataclass(frozen=True)
+class Ramp:
+    """A continuous signal, taken as straight between instants."""
+
+
+Shape = Held | Ramp
+
+
+@dataclass(frozen=True)
+class Block:
+    """A stretch of instants on its way down the chain: the signal so far and the source voltage beside it."""
+
+    signal: Array
+    source: Array
+    first: int
+    grid: Grid
+
+    def time_s(self) -> Array:
+        """Return the clock time of every instant in s."""
+        return self.grid.start_s + self.grid.step_s * np.arange(self.first, self.first + self.signal.size)
+
+
+Run = Callable[[Block], Array]
+Values = tuple[float, ...]
+
+
+class Stage(ABC):
+    """One block of the signal path. ``name`` is the owner of its parameters: G1, F, G2 or an effect's id."""
+
+    name: str
+    place: Place
+
+    @abstractmethod
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Return what can be fitted, in the order ``begin`` takes the values."""
+
+    @abstractmethod
+    def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
+        """Return the running stage, at rest, and the shape of what it puts out."""
+
+
+def memoryless(law: Callable[[Array], Array], shape: Shape) -> tuple[Run, Shape]:
+    """Return a running stage that applies ``law`` to every value on its own."""
+    return (lambda block: law(block.signal)), shape
