@@ -26,17 +26,17 @@ _KINDS = {
 
 
 def quantity(value: object, unit: str) -> float:
-    """Return ``value`` (such as ``"200 ms"``) as a finite float in ``unit``; raise MisfitError saying what to write instead.
+    """Return ``value`` (such as ``"200 ms"``) as a finite float in ``unit``; raise MisfitError.
 
     A bare number is accepted only where ``unit`` has no dimension. Between Hz and rad/s the factor 2 pi is applied.
     """
     if isinstance(value, bool) or not isinstance(value, int | float | str):
-        raise MisfitError(f"{_kind(unit)} is needed", value=repr(value), do=f"write for example '{_example(unit)}'")
+        raise MisfitError(f"{_kind(unit)} is needed", value=repr(value), do=f"write as '{_example(unit)}'")
     if not isinstance(value, str):
         return _finite(_bare(float(value), unit), str(value))
     found = _QUANTITY.fullmatch(value)
     if found is None:
-        raise MisfitError(f"not {_kind(unit)} with a unit", value=repr(value), do=f"write for example '{_example(unit)}'")
+        raise MisfitError(f"not {_kind(unit)} with a unit", value=repr(value), do=f"write as '{_example(unit)}'")
     number = float(found["number"])
     return _finite(number * factor(found["unit"], unit) if found["unit"] else _bare(number, unit), value)
 
@@ -62,7 +62,7 @@ def factor(source: str, target: str) -> float:
     """Return how many ``target`` one ``source`` is; raise MisfitError for an unknown unit or another dimension."""
     one, two = _scale(source, target), _scale(source, target, 2.0)
     if not math.isclose(two, 2.0 * one, rel_tol=1e-12):
-        raise MisfitError("a logarithmic or offset unit cannot be used here", value=source, do=f"write '{_example(target)}'")
+        raise MisfitError("a logarithmic or offset unit", value=source, do=f"write as '{_example(target)}'")
     if "hertz" in _names(target) and "radian" in _names(source, root=True):
         return one / (2.0 * math.pi)
     if "hertz" in _names(source) and "radian" in _names(target, root=True):
@@ -78,7 +78,7 @@ def _registry() -> Any:
 
 
 def _pint(unit: str) -> Any:
-    """Return pint's unit; an empty unit is dimensionless; raise MisfitError, with the nearest common one, when unknown."""
+    """Return pint's unit; an empty unit is dimensionless; raise MisfitError when unknown."""
     import pint
 
     text = unit.replace("·", "*").replace("%", "percent").replace("°", "degree").replace("1/", "dimensionless/")
@@ -107,7 +107,8 @@ def _names(unit: str, root: bool = False) -> str:
 def _bare(number: float, unit: str) -> float:
     if _pint(unit).dimensionless and unit not in {"rad", "deg"}:
         return number
-    raise MisfitError("a number without a unit", value=f"{number:g}", allowed=_kind(unit), do=f"write '{number:g} {unit}'")
+    do = f"write '{number:g} {unit}'"
+    raise MisfitError("a number without a unit", value=f"{number:g}", allowed=_kind(unit), do=do)
 
 
 def _finite(number: float, text: str) -> float:

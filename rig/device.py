@@ -1,0 +1,294 @@
+"""What must every device do, and what is checked before anything reaches its output?
+
+A driver subclasses ``Device`` and fills the underscore methods. The public methods are final: they own the checks, the
+limits, the deadlines and the log, so that no driver can forget them. Time convention: y[k] is read just before u[k] acts.
+"""
+
+import logging
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from enum import IntFlag
+from types import TracebackType
+from typing import TYPE_CHECKING, Self, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.errors import DeviceError, RefusedError
+from rig.output_limits import check_level, check_samples
+
+if TYPE_CHECKING:
+    from rig.plan import Limits
+
+Array = NDArray[np.float64]
+log = logging.getLogger(__name__)
+
+POLL_S = 0.1
+"""Longest time a stream keeps its caller waiting before it yields an empty block."""
+STALL_S = 3.0
+"""Silence after which a stream is given up, beyond two sample periods."""
+RATE_TOLERANCE = 1e-9
+"""Relative; a rate further from the achievable one is refused rather than silently replaced."""
+
+
+class Flag(IntFlag):
+    """What happened to a block, or to the samples between the block before and this one."""
+
+    NONE = 0
+    OVERRUN = 1
+    LINK_LOSS = 2
+    CLIPPED = 4
+    RESENT = 8
+
+
+@dataclass(frozen=True)
+class Identity:
+    """Who the device is, as it says itself."""
+
+    model: str
+    serial: str
+    firmware: str
+
+    def __str__(self) -> str:
+        """Return the identity in one line."""
+        return f"{self.model} serial {self.serial} firmware {self.firmware}"
+
+
+@dataclass(frozen=True)
+class Capabilities:
+    """What the device can do. ``buffer_samples`` None: nothing to overrun. ``max_samples`` None: runs of any length."""
+
+    output_low_v: float
+    output_high_v: float
+    input_low_v: float
+    input_high_v: float
+    min_rate_hz: float
+    max_rate_hz: float
+    output_bits: int
+    input_bits: int
+    buffer_samples: int | None = None
+    max_samples: int | None = None
+
+    @property
+    def output_lsb_v(self) -> float:
+        """Return the step of the DAC in V: codes are symmetric, 0 V and both ends of the range are exact."""
+        return (self.output_high_v - self.output_low_v) / (2**self.output_bits - 2)
+
+    @property
+    def input_lsb_v(self) -> float:
+        """Return the step of the ADC in V, by the same rule as the DAC."""
+        return (self.input_high_v - self.input_low_v) / (2**self.input_bits - 2)
+
+
+@dataclass(frozen=True)
+class Block:
+    """Samples y (V) of the run from index ``start`` on; indices skipped since the block before are lost."""
+
+    start: int
+    y: Array
+    flags: Flag = field(default=Flag.NONE)
+
+    @property
+    def stop(self) -> int:
+        """Return the index after the last sample."""
+        return self.start + int(self.y.size)
+
+
+class Device(ABC):
+    """A DAQ with one analogue output and one analogue input on one clock.
+
+    Connecting outputs nothing. Use as a context manager; leaving it closes the link and does not touch the output.
+    """
+
+    def __init__(self) -> None:
+        """Prepare the bookkeeping; drivers call this first."""
+        self._known: tuple[Identity, Capabilities] | None = None
+        self._closed = False
+
+    @classmethod
+    @abstractmethod
+    def connect(cls, where: str) -> "Device":
+        """Return the device at ``where``, the address after ``scheme:``; raise DeviceError or UsageError."""
+
+    @classmethod
+    def attached(cls) -> tuple[str, ...]:
+        """Return the ``where`` of every such device that may be attached now, without opening any."""
+        return ()
+
+    @final
+    def identity(self) -> Identity:
+        """Return who the device is, asked of the device."""
+        return self._facts()[0]
+
+    @final
+    def capabilities(self) -> Capabilities:
+        """Return what the device can do, asked of the device."""
+        return self._facts()[1]
+
+    @final
+    def achievable_rate(self, rate_hz: float) -> float:
+        """Return the rate in Hz nearest to ``rate_hz`` that the clock can make; raise RefusedError out of range."""
+        can = self.capabilities()
+        if not can.min_rate_hz <= rate_hz <= can.max_rate_hz:
+            raise RefusedError("the device cannot sample at this rate", value=f"{rate_hz:g} Hz",
+                               allowed=f"{can.min_rate_hz:g} to {can.max_rate_hz:g} Hz", do="change acquisition.rate")
+        return self._achievable_rate(rate_hz)
+
+    @final
+    def quantise(self, u: Array) -> Array:
+        """Return ``u`` (N,), V, as the DAC puts it out: rounded to its codes. Raise RefusedError out of its range."""
+        can = self.capabilities()
+        slack = 0.5 * can.output_lsb_v
+        if u.size and not (u.min() >= can.output_low_v - slack and u.max() <= can.output_high_v + slack):
+            raise RefusedError("the output is out of the device's range", value=f"{u.min():g} to {u.max():g} V",
+                               allowed=f"{can.output_low_v:g} to {can.output_high_v:g} V")
+        return self._quantise(np.asarray(u, dtype=np.float64))
+
+    @final
+    def check(self, u: Array, rate_hz: float, limits: "Limits", safe_level_v: float = 0.0) -> Array:
+        """Return ``u`` as it would be put out, or raise RefusedError; outputs nothing.
+
+        Refused are: a sample or the safe level beyond what plan and device both allow, too steep a slope, a rate the
+        clock cannot make, a run longer than the device's memory.
+        """
+        can = self.capabilities()
+        check_samples(np.asarray(u, dtype=np.float64), rate_hz, limits, can)
+        check_level(safe_level_v, limits, can, name="safe level")
+        self._check_rate(rate_hz)
+        if can.max_samples is not None and u.size > can.max_samples:
+            raise RefusedError("the run is too long for the device", value=f"{u.size} samples",
+                               allowed=f"at most {can.max_samples}", do="shorten the protocol or lower the rate")
+        samples = self.quantise(u)
+        check_samples(samples, rate_hz, limits, can)
+        return samples
+
+    @final
+    def stream(self, u: Array, rate_hz: float, limits: "Limits", safe_level_v: float = 0.0, ramp_s: float = 0.1,
+               ) -> Iterator[Block]:
+        """Check ``u`` (N,), V, then play it once while reading y; return the blocks of y in order of time.
+
+        Raises RefusedError before anything is output. The iterator yields an empty block when nothing arrived for
+        ``POLL_S``, and raises DeviceError when the device fails or falls silent. When left early it stops the clock;
+        the output then holds its level until ``safe``. A device with a watchdog returns to ``safe_level_v`` within
+        ``ramp_s`` by itself when the host falls silent.
+        """
+        samples = self.check(u, rate_hz, limits, safe_level_v)
+        log.info("stream %d samples at %g Hz", samples.size, rate_hz)
+        return self._blocks(samples, rate_hz, safe_level_v, ramp_s)
+
+    @final
+    def safe(self, level_v: float = 0.0, ramp_s: float = 0.1) -> None:
+        """Stop whatever plays and bring the output to ``level_v`` in a ramp of ``ramp_s``; return when it is there.
+
+        Raises RefusedError for a level the device cannot make, DeviceError when the device does not confirm.
+        """
+        check_level(level_v, None, self.capabilities(), name="safe level")
+        if not (np.isfinite(ramp_s) and ramp_s >= 0):
+            raise RefusedError("not a ramp time", value=f"{ramp_s} s", allowed="0 s or more")
+        log.info("ramp to %g V in %g s", level_v, ramp_s)
+        self._safe(float(level_v), float(ramp_s))
+
+    @final
+    def level_v(self) -> float | None:
+        """Return the level now at the output in V, read back; None when nothing was output or it cannot be told."""
+        return self._level_v()
+
+    @final
+    def close(self) -> None:
+        """Release the link; closing twice is harmless. Does not touch the output."""
+        if not self._closed:
+            self._closed = True
+            self._close()
+
+    @final
+    def __enter__(self) -> Self:
+        """Return the device itself."""
+        return self
+
+    @final
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None,
+                 ) -> None:
+        """Close the link."""
+        self.close()
+
+    def _facts(self) -> tuple[Identity, Capabilities]:
+        """Return identity and capabilities, asked once a connection."""
+        if self._known is None:
+            self._known = (self._identity(), self._capabilities())
+        return self._known
+
+    def _check_rate(self, rate_hz: float) -> None:
+        """Raise RefusedError when the clock makes another rate than ``rate_hz``."""
+        made = self.achievable_rate(rate_hz)
+        if abs(made - rate_hz) > RATE_TOLERANCE * rate_hz:
+            raise RefusedError("the device's clock cannot make this rate", value=f"{rate_hz!r} Hz",
+                               allowed=f"{made!r} Hz is the nearest", do="plan the protocol for that rate")
+
+    def _blocks(self, samples: Array, rate_hz: float, safe_level_v: float, ramp_s: float) -> Iterator[Block]:
+        """Yield the blocks of one run in order, under the deadline; stop the clock however the run ends."""
+        expected, patience_s = 0, STALL_S + 2 / rate_hz
+        self._begin(samples, rate_hz, safe_level_v, ramp_s)
+        deadline = time.monotonic() + patience_s
+        try:
+            while expected < samples.size:
+                block = self._read(POLL_S)
+                if block is not None:
+                    expected = self._following(block, expected, samples.size)
+                    deadline = time.monotonic() + patience_s
+                elif time.monotonic() > deadline:
+                    raise DeviceError("the device fell silent", where=str(self.identity()),
+                                      value=f"{expected} of {samples.size} samples after {patience_s:.3g} s of waiting")
+                yield block or Block(expected, np.empty(0))
+        finally:
+            self._halt()
+
+    def _following(self, block: Block, expected: int, size: int) -> int:
+        """Return the index after ``block``; raise DeviceError when it does not follow the block before."""
+        if block.start < expected or block.stop > size:
+            raise DeviceError("the device sent samples out of order", where=str(self.identity()),
+                              value=f"samples {block.start} to {block.stop}", allowed=f"{expected} to {size}")
+        return block.stop
+
+    def _quantise(self, u: Array) -> Array:
+        """Return ``u`` rounded to symmetric two's complement codes; drivers with another coding override this."""
+        lsb = self.capabilities().output_lsb_v
+        middle = 0.5 * (self.capabilities().output_low_v + self.capabilities().output_high_v)
+        return np.asarray(np.rint((u - middle) / lsb) * lsb + middle, dtype=np.float64)
+
+    @abstractmethod
+    def _identity(self) -> Identity:
+        """Ask the device who it is."""
+
+    @abstractmethod
+    def _capabilities(self) -> Capabilities:
+        """Ask the device what it can do."""
+
+    @abstractmethod
+    def _achievable_rate(self, rate_hz: float) -> float:
+        """Return the nearest rate the clock makes; ``rate_hz`` is within the capabilities."""
+
+    @abstractmethod
+    def _begin(self, u: Array, rate_hz: float, safe_level_v: float, ramp_s: float) -> None:
+        """Load the checked and quantised ``u`` and start the clock."""
+
+    @abstractmethod
+    def _read(self, timeout_s: float) -> Block | None:
+        """Return the next samples, or None when none arrived in ``timeout_s``; a lost tail is an empty block at N."""
+
+    @abstractmethod
+    def _halt(self) -> None:
+        """Stop the clock, hold the output; harmless when it is not running."""
+
+    @abstractmethod
+    def _safe(self, level_v: float, ramp_s: float) -> None:
+        """Halt, ramp to the level, return when the device confirms it."""
+
+    @abstractmethod
+    def _level_v(self) -> float | None:
+        """Read back the output level."""
+
+    @abstractmethod
+    def _close(self) -> None:
+        """Release the link."""

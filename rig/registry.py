@@ -1,0 +1,98 @@
+"""Which driver does a device address mean, and what is attached?
+
+An address is ``scheme:where``. Schemes are the entry points of group ``rig.drivers``, so an installed package adds its
+own; ``module:Class`` and ``module:Class:where`` reach a driver class that is not registered.
+"""
+
+import importlib
+import re
+from dataclasses import dataclass
+from importlib.metadata import EntryPoint, entry_points
+
+from rig.device import Device, Identity
+from rig.errors import RigError, UsageError, unknown
+
+GROUP = "rig.drivers"
+_CLASS_ADDRESS = re.compile(r"(?P<module>[A-Za-z_][\w.]*):(?P<name>[A-Z]\w*)(?::(?P<where>.*))?")
+
+
+@dataclass(frozen=True)
+class Attached:
+    """One device found: its address, and who it is or why it would not say."""
+
+    address: str
+    identity: Identity | None
+    problem: str | None = None
+
+
+def drivers() -> dict[str, EntryPoint]:
+    """Return the installed drivers by scheme, none of them imported."""
+    return {entry.name: entry for entry in sorted(entry_points(group=GROUP), key=lambda entry: entry.name)}
+
+
+def connect(address: str) -> Device:
+    """Return the device at ``address``, connected and with its output untouched.
+
+    Raises UsageError for an address that names no driver, DeviceError when the device does not answer.
+    """
+    scheme, colon, where = address.partition(":")
+    if not colon:
+        raise UsageError("not a device address", value=repr(address), allowed=_forms(), do="write scheme:where")
+    if scheme in drivers():
+        return driver(scheme).connect(where)
+    if match := _CLASS_ADDRESS.fullmatch(address):
+        return _driver_class(match["module"], match["name"], address).connect(match["where"] or "")
+    raise UsageError(**unknown("device", scheme, list(drivers())), where=address)
+
+
+def driver(scheme: str) -> type[Device]:
+    """Return the driver class registered for ``scheme``; raise UsageError when there is none or it does not import."""
+    try:
+        entry = drivers()[scheme]
+    except KeyError:
+        raise UsageError(**unknown("device", scheme, list(drivers()))) from None
+    module, _, name = entry.value.partition(":")
+    return _driver_class(module, name, f"{scheme}:")
+
+
+def discover() -> tuple[Attached, ...]:
+    """Ask everything that may be a device who it is; one that does not answer is listed with the reason."""
+    found = []
+    for scheme in drivers():
+        try:
+            places = driver(scheme).attached()
+        except RigError as error:
+            found.append(Attached(f"{scheme}:", None, str(error)))
+            continue
+        found.extend(_ask(f"{scheme}:{where}") for where in places)
+    return tuple(found)
+
+
+def _ask(address: str) -> Attached:
+    """Return who is at ``address``, or why that cannot be told."""
+    try:
+        with connect(address) as device:
+            return Attached(address, device.identity())
+    except RigError as error:
+        return Attached(address, None, str(error))
+
+
+def _driver_class(module: str, name: str, address: str) -> type[Device]:
+    """Return the class ``name`` of ``module``; raise UsageError when it cannot be imported or is no driver."""
+    try:
+        found = getattr(importlib.import_module(module), name)
+    except ModuleNotFoundError as error:
+        raise UsageError(f"no module {error.name!r}", where=address, allowed=_forms(),
+                         do="install the package that holds the driver") from error
+    except (ImportError, AttributeError) as error:
+        raise UsageError(f"the driver does not import: {error}", where=address) from error
+    if not (isinstance(found, type) and issubclass(found, Device)):
+        raise UsageError(f"{name} is no driver", where=address, allowed="a subclass of rig.device.Device")
+    return found
+
+
+def _forms() -> str:
+    """Return the forms an address may take."""
+    return ", ".join([*(f"{scheme}:..." for scheme in drivers()), "module:Class"])
+
+

@@ -1,0 +1,217 @@
+"""What does a rig file say: the plain model, the physics known beside it, and what a simulated rig keeps to itself?
+
+The same form is written into reports and JSON: ``model_to_dict`` and ``read_rig`` are inverse to each other, to the last
+bit. ``read_rig`` also takes the JSON of ``rig explain``, whose ``model`` is in this form.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import yaml
+from pydantic import Field
+
+from identify.model import Backlash, LinearF, Model, Physics, Rational
+from rig.errors import FileError, MisfitError, unknown
+from rig.forms import Form, Gain, Seconds, Volts
+from rig.linearblock import check_block
+from rig.units import exact, quantity
+from rig.yamlfile import Document, Keys, parse_json, parse_yaml, read_text
+
+Coefficients = Annotated[list[float], Field(min_length=1, max_length=30)]
+Values = Mapping[str, Any]
+
+BLOCK_KEYS = ("num", "den", "dead_time")
+BORDER_KEYS = ("S_L", "D_L", "S_U", "D_U")
+LINEAR_KEYS = ("gain", "offset")
+
+
+@dataclass(frozen=True)
+class RigFile:
+    """A rig as its file describes it; only a simulated device plays ``concealed``."""
+
+    model: Model
+    concealed: tuple[Physics, ...]
+    text: str
+
+
+class BlockForm(Form):
+    """A linear block in descending powers of s."""
+
+    num: Coefficients
+    den: Coefficients
+    dead_time: Seconds = 0.0
+
+
+class BordersForm(Form):
+    """The play operator: slopes in V/V, crossings of the v axis with their unit."""
+
+    S_L: Gain
+    D_L: Volts
+    S_U: Gain
+    D_U: Volts
+
+
+class LineForm(Form):
+    """A straight line in place of the backlash."""
+
+    gain: Gain = 1.0
+    offset: Volts = 0.0
+
+
+class NonlinearityForm(Form):
+    """F: one of its two kinds."""
+
+    backlash: BordersForm | None = None
+    linear: LineForm | None = None
+
+
+class RigForm(Form):
+    """The top of a rig file."""
+
+    spec: Literal[1]
+    rig: str = Field(min_length=1)
+    G1: BlockForm
+    F: Literal["linear"] | NonlinearityForm
+    G2: BlockForm
+    noise: Annotated[Volts, Field(ge=0)] | None = None
+    fixed: list[str] = Field(default_factory=list)
+    physics: dict[str, dict[str, Any]] = Field(default_factory=dict)
+    concealed: dict[str, dict[str, Any]] = Field(default_factory=dict)
+
+
+def read_rig(path: str | Path) -> RigFile:
+    """Return the rig in a YAML file, a model JSON or an explanation JSON; raise FileError."""
+    return parse_rig(read_text(Path(path)), str(path))
+
+
+def parse_rig(text: str, where: str) -> RigFile:
+    """Return the rig in ``text``; ``where`` names it in messages; raise FileError."""
+    document = parse_json(text, where) if text.lstrip().startswith("{") else parse_yaml(text, where)
+    keys = _root(document)
+    form = RigForm.read(document, *keys)
+    physics = _physics(document, (*keys, "physics"), form.physics)
+    model = Model(
+        title=form.rig, g1=_block(document, (*keys, "G1"), form.G1), f=_f(document, (*keys, "F"), form.F),
+        g2=_block(document, (*keys, "G2"), form.G2), noise_v=form.noise,
+        fixed=_fixed(document, (*keys, "fixed"), form, physics), physics=physics,
+    )
+    return RigFile(model, _physics(document, (*keys, "concealed"), form.concealed), text)
+
+
+def model_to_dict(model: Model) -> dict[str, Any]:
+    """Return the model in the form of a rig file: plain dicts, lists and numbers, quantities as text with a unit."""
+    built: dict[str, Any] = {
+        "spec": 1, "rig": model.title, "G1": _block_dict(model.g1), "F": _f_dict(model.f), "G2": _block_dict(model.g2),
+    }
+    if model.noise_v is not None:
+        built["noise"] = exact(model.noise_v, "V")
+    if model.fixed:
+        built["fixed"] = list(model.fixed)
+    if model.physics:
+        built["physics"] = {piece.id: _values_dict(piece) for piece in model.physics}
+    return built
+
+
+def model_to_yaml(model: Model) -> str:
+    """Return the text of a rig file that reads back as the same model."""
+    return str(yaml.safe_dump(model_to_dict(model), sort_keys=False, default_flow_style=None, allow_unicode=True))
+
+
+def _root(document: Document) -> Keys:
+    """Return where the rig stands in the document: at the top, or under ``model`` of an explanation."""
+    data = document.data
+    if data is None:
+        raise document.error("the file is empty", do="a rig file starts with 'spec: 1'")
+    inside = isinstance(data, dict) and str(data.get("schema", "")).startswith("rig.") and isinstance(data.get("model"), dict)
+    return ("model",) if inside else ()
+
+
+def _block(document: Document, keys: Keys, form: BlockForm) -> Rational:
+    try:
+        check_block(form.num, form.den)
+    except MisfitError as error:
+        raise error.placed(document.at(*keys)) from error
+    return Rational(tuple(map(float, form.num)), tuple(map(float, form.den)), form.dead_time)
+
+
+def _f(document: Document, keys: Keys, form: Literal["linear"] | NonlinearityForm) -> Backlash | LinearF:
+    if form == "linear":
+        return LinearF()
+    if (form.backlash is None) == (form.linear is None):
+        raise document.error("F has one kind", *keys, allowed="backlash or linear")
+    if form.linear is not None:
+        return LinearF(form.linear.gain, form.linear.offset)
+    assert form.backlash is not None
+    return _backlash(document, (*keys, "backlash"), form.backlash)
+
+
+def _backlash(document: Document, keys: Keys, form: BordersForm) -> Backlash:
+    for name, slope in (("S_L", form.S_L), ("S_U", form.S_U)):
+        if slope <= 0:
+            raise document.error("a border rises", *keys, name, value=f"{slope:g} V/V", allowed="above 0 V/V")
+    if form.D_L < form.D_U:
+        raise document.error("the borders are exchanged", *keys, "D_L", value=f"{form.D_L:g} V",
+                             allowed=f"at least D_U = {form.D_U:g} V", do="the loading border lies right of the unloading one")
+    return Backlash(form.S_L, form.D_L, form.S_U, form.D_U)
+
+
+def _physics(document: Document, keys: Keys, pieces: Mapping[str, Values]) -> tuple[Physics, ...]:
+    return tuple(_piece(document, (*keys, name), name, values) for name, values in pieces.items())
+
+
+def _piece(document: Document, keys: Keys, name: str, values: Values) -> Physics:
+    """Return one piece of physics; its values are read in the units its effect declares."""
+    declared = parameter_units()
+    if name not in declared:
+        raise FileError(where=document.at(*keys), **unknown("physics", name, list(declared)))
+    units = declared[name]
+    for key in values:
+        if key not in units:
+            raise FileError(where=document.at(*keys, key), **unknown("parameter", key, list(units)))
+    if missing := [key for key in units if key not in values]:
+        raise document.error(f"the parameter {missing[0]!r} is missing", *keys, do=f"add '{missing[0]}:' in {units[missing[0]]}")
+    return Physics(name, {key: _value(document, (*keys, key), value, units[key]) for key, value in values.items()})
+
+
+def _value(document: Document, keys: Keys, value: object, unit: str) -> float:
+    try:
+        return quantity(value, unit)
+    except MisfitError as error:
+        raise error.placed(document.at(*keys)) from error
+
+
+def parameter_units() -> dict[str, dict[str, str]]:
+    """Return the SI unit of every parameter of every effect in the catalogue, by id and by the parameter's short name."""
+    from identify.effects import catalogue
+
+    return {
+        name: {parameter.name.rpartition(".")[2]: parameter.unit for parameter in effect.parameters}
+        for name, effect in catalogue().items()
+    }
+
+
+def _fixed(document: Document, keys: Keys, form: RigForm, physics: tuple[Physics, ...]) -> tuple[str, ...]:
+    line = LINEAR_KEYS if form.F == "linear" or form.F.backlash is None else BORDER_KEYS
+    owners = {"G1": BLOCK_KEYS, "F": line, "G2": BLOCK_KEYS, **{piece.id: tuple(piece.values) for piece in physics}}
+    valid = [*owners, *(f"{owner}.{name}" for owner, names in owners.items() for name in names), "noise"]
+    for index, name in enumerate(form.fixed):
+        if name not in valid:
+            raise FileError(where=document.at(*keys, index), **unknown("parameter", name, valid))
+    return tuple(form.fixed)
+
+
+def _block_dict(block: Rational) -> dict[str, Any]:
+    return {"num": list(block.num), "den": list(block.den), "dead_time": exact(block.dead_time_s, "s")}
+
+
+def _f_dict(f: Backlash | LinearF) -> dict[str, Any]:
+    if isinstance(f, LinearF):
+        return {"linear": {"gain": f.gain, "offset": exact(f.offset_v, "V")}}
+    return {"backlash": {"S_L": f.s_l, "D_L": exact(f.d_l_v, "V"), "S_U": f.s_u, "D_U": exact(f.d_u_v, "V")}}
+
+
+def _values_dict(piece: Physics) -> dict[str, Any]:
+    units = parameter_units()[piece.id]
+    return {key: exact(value, units.get(key, "")) for key, value in piece.values.items()}

@@ -1,0 +1,185 @@
+"""How is a plan played on a device so that, whatever happens, the output ends at its safe level?
+
+Safety comes before storage: on every way out the clock is stopped and the output is ramped down before anything else is
+done, and each of these steps is guarded by itself. SIGINT, SIGTERM and SIGHUP are requests to stop, answered between two
+blocks; a second one does not interrupt the ramp.
+"""
+
+import logging
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from types import FrameType
+from typing import Protocol
+
+from rig.device import Array, Block, Device, Flag
+from rig.errors import DeviceError, IncompleteError, RigError
+from rig.plan import Plan
+
+log = logging.getLogger(__name__)
+Progress = Callable[[int, int], None]
+_STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+class Sink(Protocol):
+    """Where samples go: a recording being written."""
+
+    def append(self, start: int, y: Array) -> None:
+        """Store ``y`` (V) as the samples from index ``start`` on."""
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened in a run: samples [start, stop) it concerns, equal when it is a moment."""
+
+    kind: str
+    text: str
+    start: int
+    stop: int
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run ended. ``samples`` counts those received; ``failure`` is None for a complete run."""
+
+    complete: bool
+    reason: str
+    samples: int
+    events: tuple[Event, ...]
+    failure: RigError | None = None
+
+
+@dataclass
+class _Progress:
+    """What was received so far and what happened; grows during a run."""
+
+    size: int
+    position: int = 0
+    received: int = 0
+    clipped: bool = False
+    events: list[Event] = field(default_factory=list)
+
+    def note(self, kind: str, text: str, start: int | None = None) -> None:
+        """Add an event that reaches from ``start`` to the present position."""
+        log.warning("%s: %s", kind, text)
+        self.events.append(Event(kind, text, self.position if start is None else start, self.position))
+
+    def take(self, block: Block) -> None:
+        """Count the samples of ``block`` and note those missing before it."""
+        last, self.position = self.position, block.start
+        if block.start > last:
+            cause = "overrun in the device" if block.flags & Flag.OVERRUN else "lost on the link"
+            self.note("lost", f"{block.start - last} samples from {last} on: {cause}", last)
+        if block.flags & Flag.CLIPPED and not self.clipped:
+            self.clipped = True
+            self.note("clipped", "the input reached the end of its range")
+        self.position, self.received = block.stop, self.received + int(block.y.size)
+
+
+@dataclass
+class _StopRequest:
+    """Which signal asked the run to stop, if any."""
+
+    name: str | None = None
+
+
+def run(plan: Plan, device: Device, writer: Sink, progress: Progress = lambda done, total: None) -> Outcome:
+    """Play ``plan`` on ``device``, append what comes back to ``writer``, leave the output at the plan's safe level.
+
+    ``progress`` is called with (samples received or lost so far, samples in all). Raises RefusedError before anything
+    is output. Device and storage failures are told in the outcome; a programming error is raised once all is safe.
+    """
+    with _stop_requests() as stop:
+        blocks = device.stream(plan.u, plan.rate_hz, plan.limits, plan.safe_level_v, plan.ramp_s)
+        state = _Progress(plan.u.size)
+        ended_by = _guarded(lambda: _play(blocks, writer, progress, state, stop))
+        unsafe = _make_safe(plan, device, blocks, state)
+    if ended_by is not None and not isinstance(ended_by, (RigError, OSError, KeyboardInterrupt)):
+        raise ended_by
+    return _outcome(state, stop, ended_by, unsafe)
+
+
+def _play(blocks: Iterator[Block], writer: Sink, progress: Progress, state: _Progress, stop: _StopRequest) -> None:
+    """Pass blocks on until the run is over or a stop is requested."""
+    show = progress
+    for block in blocks:
+        state.take(block)
+        if block.y.size:
+            writer.append(block.start, block.y)
+        if (trouble := _guarded(lambda: show(state.position, state.size))) is not None:  # noqa: B023
+            state.note("display", f"the progress display failed and was left out: {trouble!r}")
+            show = _nothing
+        if stop.name is not None:
+            return
+
+
+def _nothing(done: int, total: int) -> None:
+    """Show no progress."""
+
+
+def _make_safe(plan: Plan, device: Device, blocks: Iterator[Block], state: _Progress) -> DeviceError | None:
+    """Stop the clock and ramp to the safe level, at once where the ramp fails; return why the output is not safe."""
+    halted = _guarded(blocks.close)  # type: ignore[attr-defined]
+    if halted is not None:
+        state.note("halt", f"the sample clock did not stop cleanly: {halted}")
+    trouble = _guarded(lambda: device.safe(plan.safe_level_v, plan.ramp_s))
+    if trouble is not None:
+        state.note("ramp", f"the ramp to {plan.safe_level_v:g} V failed: {trouble}")
+        trouble = _guarded(lambda: device.safe(plan.safe_level_v, 0.0))
+    if trouble is None:
+        state.note("safe", f"output at {plan.safe_level_v:g} V")
+        return None
+    state.note("unsafe", f"the device did not confirm {plan.safe_level_v:g} V: {trouble}")
+    return DeviceError("the output is not confirmed safe", value=str(trouble),
+                       do="switch the rig off by hand; a device with a watchdog goes to its safe level by itself")
+
+
+def _outcome(state: _Progress, stop: _StopRequest, ended_by: BaseException | None, unsafe: DeviceError | None) -> Outcome:
+    """Return the verdict on a run: the gravest of what happened is its reason."""
+    failure = unsafe or _failure(state, stop, ended_by)
+    reason = f"all {state.size} samples recorded" if failure is None else str(failure)
+    return Outcome(failure is None, reason, state.received, tuple(state.events), failure)
+
+
+def _failure(state: _Progress, stop: _StopRequest, ended_by: BaseException | None) -> RigError | None:
+    """Return what made the run incomplete, None when nothing did."""
+    kept = f"{state.received} of {state.size} samples"
+    if isinstance(ended_by, RigError):
+        return ended_by
+    if isinstance(ended_by, OSError):
+        return IncompleteError(f"the recording could not be stored: {ended_by}", value=f"{kept} kept")
+    if ended_by is not None or (stop.name and state.position < state.size):
+        return IncompleteError(f"stopped by {stop.name or 'SIGINT'}", value=f"{kept} kept")
+    if state.received < state.size:
+        return IncompleteError("samples were lost", value=kept, do="the gaps are marked in the recording")
+    return None
+
+
+def _guarded(step: Callable[[], object]) -> BaseException | None:
+    """Do ``step``; return what it raised instead of raising it."""
+    try:
+        step()
+    except BaseException as error:  # noqa: BLE001
+        return error
+    return None
+
+
+@contextmanager
+def _stop_requests() -> Iterator[_StopRequest]:
+    """Turn stop signals into a request while inside; only the main thread can receive them."""
+    request = _StopRequest()
+
+    def ask(number: int, frame: FrameType | None) -> None:
+        request.name = request.name or signal.Signals(number).name
+
+    if threading.current_thread() is not threading.main_thread():
+        yield request
+        return
+    before = {number: signal.signal(number, ask) for number in _STOP_SIGNALS}
+    try:
+        yield request
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

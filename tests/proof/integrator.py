@@ -1,0 +1,140 @@
+"""How does the rig move between two samples? Every stage on a grid of sub-steps, first principles only.
+
+A signal is an array at the nodes of the grid: node n is at n * step_s after the start of the run, shape (nodes,).
+The linear blocks are stepped by the implicit trapezoidal rule: it is A-stable, so the poles of the op-amp rig at
+-2e5 and -2e6 rad/s (half a sub-step or less) need no special care, and its error on the slow poles is (p h)^2 / 12.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The sub-steps of one run: ``samples`` DAC updates of ``substeps`` sub-steps each, from ``start_s`` on the clock."""
+
+    rate_hz: float
+    samples: int
+    substeps: int
+    start_s: float = 0.0
+
+    @property
+    def step_s(self) -> float:
+        """Return the length of a sub-step."""
+        return 1.0 / (self.rate_hz * self.substeps)
+
+    @property
+    def run_s(self) -> Array:
+        """Return the time of every node since the start of the run, shape (samples * substeps + 1,)."""
+        return np.arange(self.samples * self.substeps + 1) * self.step_s
+
+    @property
+    def sample_s(self) -> Array:
+        """Return the time of every reading since the start of the run, shape (samples,)."""
+        return np.arange(self.samples) / self.rate_hz
+
+
+def held(u: Array, grid: Grid) -> Array:
+    """Return the mean drive of every sub-step under a DAC that holds u[k] over [t[k], t[k+1])."""
+    return np.repeat(u, grid.substeps)
+
+
+def between(nodes: Array) -> Array:
+    """Return the mean drive of every sub-step of a continuous signal given at the nodes."""
+    return 0.5 * (nodes[1:] + nodes[:-1])
+
+
+def linear_block(drive: Array, num: tuple[float, ...], den: tuple[float, ...], step_s: float, rest: float = 0.0) -> Array:
+    """Return the output at the nodes of num(s)/den(s), descending powers, that was settled under the drive ``rest``.
+
+    ``drive`` is the mean input of every sub-step, shape (nodes - 1,). Raises ValueError unless num/den is strictly
+    proper: an output that jumps has no single value at a node.
+    """
+    if len(num) >= len(den):
+        raise ValueError(f"the block {num}/{den} is not strictly proper; the integrator needs a continuous output")
+    system, inlet, outlet = _companion(num, den, step_s)
+    half = np.eye(len(den) - 1) - 0.5 * system
+    advance = np.linalg.solve(half, np.eye(len(den) - 1) + 0.5 * system)
+    push = np.linalg.solve(half, inlet)
+    settled = -np.linalg.solve(system, inlet) * rest
+    return _trapezoid(drive, advance, push, outlet, settled)
+
+
+def _companion(num: tuple[float, ...], den: tuple[float, ...], step_s: float) -> tuple[Array, Array, Array]:
+    """Return A, b, c of the controllable form in units of the sub-step, where all entries are of order one."""
+    order = len(den) - 1
+    powers = np.arange(order, -1, -1)
+    scaled = np.asarray(den, dtype=float) / step_s**powers
+    padded = np.concatenate([np.zeros(order - len(num)), np.asarray(num, dtype=float)]) / step_s ** powers[1:]
+    system = np.diag(np.ones(order - 1), 1)
+    system[-1] = -scaled[:0:-1] / scaled[0]
+    inlet = np.zeros(order)
+    inlet[-1] = 1.0
+    return system, inlet, padded[::-1] / scaled[0]
+
+
+@njit(cache=True)
+def _trapezoid(drive, advance, push, outlet, settled):  # type: ignore[no-untyped-def]  # compiled
+    order = outlet.size
+    state = settled.copy()
+    following = np.empty(order)
+    out = np.empty(drive.size + 1)
+    out[0] = np.dot(outlet, state)
+    for n in range(drive.size):
+        for i in range(order):
+            total = push[i] * drive[n]
+            for j in range(order):
+                total += advance[i, j] * state[j]
+            following[i] = total
+        level = 0.0
+        for i in range(order):
+            state[i] = following[i]
+            level += outlet[i] * state[i]
+        out[n + 1] = level
+    return out
+
+
+@njit(cache=True)
+def play(lower, upper, start_v, keep, climb_v):  # type: ignore[no-untyped-def]  # compiled
+    """Return w of a play between the borders lower(t) <= w <= upper(t), both at the nodes, shape (nodes,).
+
+    Between the borders a hold capacitor carries w: in a sub-step it keeps the fraction ``keep`` and gains ``climb_v``
+    (1 and 0 for the ideal operator); the borders hold it at every node. ``start_v`` is w before the run.
+    """
+    w = np.empty(lower.size)
+    level = start_v
+    for n in range(lower.size):
+        if n > 0:
+            level = level * keep + climb_v
+        if level < lower[n]:
+            level = lower[n]
+        if level > upper[n]:
+            level = upper[n]
+        w[n] = level
+    return w
+
+
+@njit(cache=True)
+def slewed(signal, largest_change):  # type: ignore[no-untyped-def]  # compiled
+    """Return the signal followed by a stage that moves at most ``largest_change`` a sub-step."""
+    out = np.empty(signal.size)
+    out[0] = signal[0]
+    for n in range(1, signal.size):
+        change = min(max(signal[n] - out[n - 1], -largest_change), largest_change)
+        out[n] = out[n - 1] + change
+    return out
+
+
+def read_at(nodes: Array, grid: Grid, delay_s: float = 0.0) -> Array:
+    """Return the readings at the sample times, ``delay_s`` late; before the start the signal rests at its first value.
+
+    A reading between two nodes lies on the line through them; the error is step_s**2 / 8 times the curvature.
+    """
+    if delay_s == 0.0:
+        return nodes[: grid.samples * grid.substeps : grid.substeps].copy()
+    return np.interp(grid.sample_s - delay_s, grid.run_s, nodes)

@@ -1,0 +1,173 @@
+"""What does a concealed piece of physics do to the signals? Each from its own equation, one function a place.
+
+Places, in the order of the signal path: ``v`` (after G1), ``play`` (the operator itself), ``w`` (after F), ``x``
+(after G2) and ``y`` (at the readings). A function takes the signal and a Scene and returns the signal changed.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from tests.proof.integrator import Array, Grid, between, linear_block, play, slewed
+from tests.proof.rigs import Rig
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What a stage may know: the grid, the rig, the DAC, its own values (SI units) and random numbers of its own."""
+
+    grid: Grid
+    rig: Rig
+    u: Array
+    values: dict[str, float]
+    seed: int
+
+    @property
+    def clock_s(self) -> Array:
+        """Return the clock at every reading."""
+        return self.grid.start_s + self.grid.sample_s
+
+    @property
+    def rng(self) -> np.random.Generator:
+        """Return the random numbers of this stage, the same for every run of a case."""
+        return np.random.default_rng([self.seed, 4242])
+
+
+Change = Callable[[Array, Scene], Array]
+
+
+def borders(v: Array, rig: Rig) -> tuple[Array, Array]:
+    """Return the rising border s_l (v - d_l), which bounds w from below, and the falling one, from above."""
+    return rig.s_l * (v - rig.d_l_v), rig.s_u * (v - rig.d_u_v)
+
+
+def ideal_play(v: Array, scene: Scene) -> Array:
+    """Return w of the ideal operator, at rest on w = 0 before the run if the borders allow it."""
+    return play(*borders(v, scene.rig), 0.0, 1.0, 0.0)
+
+
+# --- F ------------------------------------------------------------------------------------------------------------
+
+
+def saturation(w: Array, scene: Scene) -> Array:
+    """Clip w to [lower, upper] behind the play."""
+    return np.clip(w, scene.values["lower"], scene.values["upper"])
+
+
+def soft_saturation(w: Array, scene: Scene) -> Array:
+    """Compress w to level * tanh(w / level)."""
+    level = scene.values["level"]
+    return level * np.tanh(w / level)
+
+
+def soft_saturation_upper(w: Array, scene: Scene) -> Array:
+    """Compress only positive w."""
+    return np.where(w > 0.0, soft_saturation(w, scene), w)
+
+
+def soft_saturation_lower(w: Array, scene: Scene) -> Array:
+    """Compress only negative w."""
+    return np.where(w < 0.0, soft_saturation(w, scene), w)
+
+
+def leak(v: Array, scene: Scene) -> Array:
+    """Let the hold capacitor discharge, dw/dt = -rate * w, wherever no border holds it."""
+    keep = float(np.exp(-scene.values["rate"] * scene.grid.step_s))
+    return play(*borders(v, scene.rig), 0.0, keep, 0.0)
+
+
+def bias_current(v: Array, scene: Scene) -> Array:
+    """Let a bias current charge the hold capacitor, dw/dt = +current [V/s], wherever no border holds it."""
+    return play(*borders(v, scene.rig), 0.0, 1.0, scene.values["current"] * scene.grid.step_s)
+
+
+def curved_border(v: Array, scene: Scene) -> Array:
+    """Bend both borders: w = s (v - d) + k3 (v - d)^3."""
+    rig, k3 = scene.rig, scene.values["k3"]
+    lower, upper = borders(v, rig)
+    return play(lower + k3 * (v - rig.d_l_v) ** 3, upper + k3 * (v - rig.d_u_v) ** 3, 0.0, 1.0, 0.0)
+
+
+def second_play(v: Array, scene: Scene) -> Array:
+    """Mix in, with ``weight``, a second play whose gap is ``wider`` times as wide."""
+    rig, wider, weight = scene.rig, scene.values["wider"], scene.values["weight"]
+    second = play(rig.s_l * (v - wider * rig.d_l_v), rig.s_u * (v - wider * rig.d_u_v), 0.0, 1.0, 0.0)
+    return (1.0 - weight) * ideal_play(v, scene) + weight * second
+
+
+def slew_limit(w: Array, scene: Scene) -> Array:
+    """Follow w by at most rate [V/s]."""
+    return slewed(w, scene.values["rate"] * scene.grid.step_s)
+
+
+def absorption(w: Array, scene: Scene) -> Array:
+    """Creep after every step: w' = (1 - fraction) w + fraction * w seen through 1/(1 + s tau)."""
+    slow = _lag(w, scene.values["tau"], scene)
+    return w + scene.values["fraction"] * (slow - w)
+
+
+# --- dynamics -----------------------------------------------------------------------------------------------------
+
+
+def extra_pole(signal: Array, scene: Scene) -> Array:
+    """Pass the signal through 1/(1 + s tau), settled before the run."""
+    return _lag(signal, scene.values["tau"], scene)
+
+
+def resonance(signal: Array, scene: Scene) -> Array:
+    """Pass the signal through wn^2 / (s^2 + 2 zeta wn s + wn^2), settled before the run."""
+    wn, zeta = scene.values["w_n"], scene.values["zeta"]
+    return linear_block(between(signal), (wn**2,), (1.0, 2.0 * zeta * wn, wn**2), scene.grid.step_s, signal[0])
+
+
+def _lag(signal: Array, tau_s: float, scene: Scene) -> Array:
+    return linear_block(between(signal), (1.0,), (tau_s, 1.0), scene.grid.step_s, signal[0])
+
+
+# --- sense --------------------------------------------------------------------------------------------------------
+
+
+def feedthrough(y: Array, scene: Scene) -> Array:
+    """Add k times what the DAC holds at the moment of reading: y[k] comes before u[k] acts, so it sees u[k-1]."""
+    before = np.concatenate([[0.0], scene.u[:-1]])
+    return y + scene.values["k"] * before
+
+
+def hum_at_y(y: Array, scene: Scene) -> Array:
+    """Add the line to the readings, locked to the clock and not to the run."""
+    return y + _line(scene.clock_s, scene)
+
+
+def hum_at_v(v: Array, scene: Scene) -> Array:
+    """Add the line in front of the gap, locked to the clock."""
+    return v + _line(scene.grid.start_s + scene.grid.run_s, scene)
+
+
+def _line(clock_s: Array, scene: Scene) -> Array:
+    """Return amplitude * (fundamental + third * 3rd + fifth * 5th harmonic), phases from the case's seed."""
+    phases = scene.rng.uniform(0.0, 2.0 * np.pi, 3)
+    turn = 2.0 * np.pi * scene.values["frequency"] * clock_s
+    parts = zip((1.0, scene.values["third"], scene.values["fifth"]), (1, 3, 5), phases, strict=True)
+    return scene.values["amplitude"] * sum(size * np.sin(n * turn + phase) for size, n, phase in parts)
+
+
+def offset_drift(y: Array, scene: Scene) -> Array:
+    """Add rate [V/s] times the clock; zero at clock 0."""
+    return y + scene.values["rate"] * scene.clock_s
+
+
+def gain_drift(y: Array, scene: Scene) -> Array:
+    """Multiply by 1 + rate [1/s] times the clock."""
+    return y * (1.0 + scene.values["rate"] * scene.clock_s)
+
+
+def rectifying_sensor(y: Array, scene: Scene) -> Array:
+    """Lose ``lost`` (1: all) of the sign: y' = (1 - lost) y + lost |y|."""
+    lost = scene.values["lost"]
+    return (1.0 - lost) * y + lost * np.abs(y)
+
+
+def ac_coupling(x: Array, scene: Scene) -> Array:
+    """Pass x through s/(s + 1/tau), settled before the run."""
+    return x - _lag(x, scene.values["tau"], scene)

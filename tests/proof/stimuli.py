@@ -1,0 +1,84 @@
+"""What is played in a trial: the staircases, the sines and the two runs kept back for the proof."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+RATE_HZ = 10_000.0
+
+# Fig. 13 (physics.md 1.5): from rest to -3 V, up to +3 V (k = 1..13), down to -3.5 V (k = 14..26).
+FIG13_LEVELS_V = tuple(float(v) for v in np.concatenate([np.arange(-3.0, 3.1, 0.5), np.arange(2.5, -3.6, -0.5)]))
+HELD_OUT_LEVELS_V = (-2.8, -2.1, -1.3, -0.4, 0.3, 0.9, 1.6, 2.3, 2.8, 2.2, 1.7, 0.8, 0.1, -0.6, -1.5, -2.2)
+# Lines of the multisine: no harmonic of the mains, no two on the same harmonic ladder, 1 Hz apart at least.
+MULTISINE_HZ = (3.0, 7.0, 11.0, 17.0, 23.0, 31.0, 43.0)
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Samples [start, stop) under one stimulus; the same label with another ``repeat`` is the same stimulus again."""
+
+    label: str
+    kind: str
+    start: int
+    stop: int
+    repeat: int = 0
+
+
+@dataclass(frozen=True)
+class Stimulus:
+    """What the DAC holds, ``u`` in V, shape (N,), and its segments."""
+
+    name: str
+    u: Array
+    segments: tuple[Segment, ...]
+    rate_hz: float = RATE_HZ
+
+
+def staircase(name: str, levels_v: tuple[float, ...], dwell_s: float, repeats: int = 1) -> Stimulus:
+    """Return the levels held for ``dwell_s`` each, the whole walk ``repeats`` times."""
+    once = np.repeat(np.asarray(levels_v), round(dwell_s * RATE_HZ))
+    return _repeated(name, "staircase", once, repeats)
+
+
+def sine(name: str, frequency_hz: float, amplitude_v: float, periods: int) -> Stimulus:
+    """Return u = amplitude_v sin(2 pi f t) over whole periods, from zero."""
+    samples = round(periods * RATE_HZ / frequency_hz)
+    u = amplitude_v * np.sin(2.0 * np.pi * frequency_hz * np.arange(samples) / RATE_HZ)
+    return Stimulus(name, u, (Segment(name, "sine", 0, samples),))
+
+
+def multisine(name: str, peak_v: float, repeats: int) -> Stimulus:
+    """Return MULTISINE_HZ with equal amplitudes and Schroeder phases over periods of 1 s, scaled to ``peak_v``."""
+    t = np.arange(round(RATE_HZ)) / RATE_HZ
+    index = np.arange(len(MULTISINE_HZ))
+    phases = -np.pi * index * (index + 1) / len(MULTISINE_HZ)
+    once = np.sin(2.0 * np.pi * np.outer(t, MULTISINE_HZ) + phases).sum(axis=1)
+    return _repeated(name, "multisine", once * peak_v / np.abs(once).max(), repeats)
+
+
+def _repeated(name: str, kind: str, once: Array, repeats: int) -> Stimulus:
+    segments = tuple(Segment(name, kind, r * once.size, (r + 1) * once.size, r) for r in range(repeats))
+    return Stimulus(name, np.tile(once, repeats), segments)
+
+
+def training() -> tuple[Stimulus, ...]:
+    """Return the runs a model may be fitted to."""
+    return (
+        staircase("staircase", FIG13_LEVELS_V, 0.25),
+        staircase("staircase_0.6", tuple(0.6 * level for level in FIG13_LEVELS_V), 0.25),
+        sine("sine_10hz_3.4v", 10.0, 3.4, 20),
+        sine("sine_10hz_2.6v", 10.0, 2.6, 20),
+        sine("sine_31hz_8v", 31.25, 8.0, 40),
+        sine("sine_50hz_9.5v", 50.0, 9.5, 50),
+        sine("stuck_62hz_5v", 62.5, 5.0, 64),
+    )
+
+
+def held_out() -> tuple[Stimulus, ...]:
+    """Return the runs kept back: stimuli of another kind and other levels."""
+    return (
+        multisine("multisine", 7.0, 2),
+        staircase("staircase_other", HELD_OUT_LEVELS_V, 0.2, 2),
+    )

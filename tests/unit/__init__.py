@@ -1,0 +1,1 @@
+"""One folder a package; each file tests one module."""

@@ -1,0 +1,1 @@
+"""Is the independent integrator right, and is it independent?"""
