@@ -13,7 +13,7 @@ UNSTABLE_AT = -1e-9
 
 
 def check_block(num: Sequence[float], den: Sequence[float]) -> None:
-    """Raise MisfitError unless num/den is proper and asymptotically stable with a gain at 0 Hz (paper, assumption A1)."""
+    """Raise MisfitError unless num/den is proper, asymptotically stable, and has a gain at 0 Hz (assumption A1)."""
     if den[0] == 0:
         raise MisfitError("the leading coefficient of den is 0", do="leave it out: powers of s descend")
     if not any(num):

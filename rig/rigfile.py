@@ -1,7 +1,7 @@
 """What does a rig file say: the plain model, the physics known beside it, and what a simulated rig keeps to itself?
 
-The same form is written into reports and JSON: ``model_to_dict`` and ``read_rig`` are inverse to each other, to the last
-bit. ``read_rig`` also takes the JSON of ``rig explain``, whose ``model`` is in this form.
+The same form is written into reports and JSON: ``model_to_dict`` and ``read_rig`` are inverse to each other, to the
+last bit. ``read_rig`` also takes the JSON of ``rig explain``, whose ``model`` is in this form.
 """
 
 from collections.abc import Mapping
@@ -124,8 +124,9 @@ def _root(document: Document) -> Keys:
     data = document.data
     if data is None:
         raise document.error("the file is empty", do="a rig file starts with 'spec: 1'")
-    inside = isinstance(data, dict) and str(data.get("schema", "")).startswith("rig.") and isinstance(data.get("model"), dict)
-    return ("model",) if inside else ()
+    if not isinstance(data, dict) or not str(data.get("schema", "")).startswith("rig."):
+        return ()
+    return ("model",) if isinstance(data.get("model"), dict) else ()
 
 
 def _block(document: Document, keys: Keys, form: BlockForm) -> Rational:
@@ -153,7 +154,8 @@ def _backlash(document: Document, keys: Keys, form: BordersForm) -> Backlash:
             raise document.error("a border rises", *keys, name, value=f"{slope:g} V/V", allowed="above 0 V/V")
     if form.D_L < form.D_U:
         raise document.error("the borders are exchanged", *keys, "D_L", value=f"{form.D_L:g} V",
-                             allowed=f"at least D_U = {form.D_U:g} V", do="the loading border lies right of the unloading one")
+                             allowed=f"at least D_U = {form.D_U:g} V",
+                             do="the loading border lies right of the unloading one")
     return Backlash(form.S_L, form.D_L, form.S_U, form.D_U)
 
 
@@ -171,7 +173,8 @@ def _piece(document: Document, keys: Keys, name: str, values: Values) -> Physics
         if key not in units:
             raise FileError(where=document.at(*keys, key), **unknown("parameter", key, list(units)))
     if missing := [key for key in units if key not in values]:
-        raise document.error(f"the parameter {missing[0]!r} is missing", *keys, do=f"add '{missing[0]}:' in {units[missing[0]]}")
+        first = missing[0]
+        raise document.error(f"the parameter {first!r} is missing", *keys, do=f"add '{first}:' in {units[first]}")
     return Physics(name, {key: _value(document, (*keys, key), value, units[key]) for key, value in values.items()})
 
 
@@ -183,7 +186,7 @@ def _value(document: Document, keys: Keys, value: object, unit: str) -> float:
 
 
 def parameter_units() -> dict[str, dict[str, str]]:
-    """Return the SI unit of every parameter of every effect in the catalogue, by id and by the parameter's short name."""
+    """Return the SI unit of every parameter of every effect in the catalogue, by id and by its short name."""
     from identify.effects import catalogue
 
     return {
