@@ -4,6 +4,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
+from typing import TypeVar
+
 import numpy as np
 
 from identify import kernels
@@ -12,6 +14,8 @@ from identify.model import Backlash, LinearF, Model, Rational
 from identify.stage import Block, Grid, Held, Parameter, Place, Ramp, Run, Shape, Stage, Values
 from identify.trace import Array, Intersample, Trace
 
+S = TypeVar("S", bound=Stage)
+
 CHUNK = 1 << 16  # instants handled at once: bounds memory, stays near the cache
 
 
@@ -19,11 +23,13 @@ CHUNK = 1 << 16  # instants handled at once: bounds memory, stays near the cache
 class Chain:
     """Stages in the order of the signal, and the value of every parameter by full name.
 
-    A local parameter ``hum.phase`` may also be given for one run: ``hum.phase[RUN]``.
+    A local parameter ``hum.phase`` may also be given for one run: ``hum.phase[RUN]``. ``added`` lists the physics put
+    into the plain chain, whether it became a stage of its own or changed one.
     """
 
     stages: tuple[Stage, ...]
     values: Mapping[str, float]
+    added: tuple[Stage, ...] = ()
 
     def __post_init__(self) -> None:
         """Freeze the values."""
@@ -44,11 +50,20 @@ class Chain:
     def with_stage(self, stage: Stage, values: Mapping[str, float]) -> "Chain":
         """Return this chain with one more stage, behind those of the same place."""
         at = sum(other.place <= stage.place for other in self.stages)
-        return Chain((*self.stages[:at], stage, *self.stages[at:]), {**self.values, **values})
+        return replace(self, stages=(*self.stages[:at], stage, *self.stages[at:]), values={**self.values, **values})
 
     def with_replaced(self, old: Stage, new: Stage, values: Mapping[str, float]) -> "Chain":
         """Return this chain with ``new`` where ``old`` was."""
-        return Chain(tuple(new if s is old else s for s in self.stages), {**self.values, **values})
+        stages = tuple(new if s is old else s for s in self.stages)
+        return replace(self, stages=stages, values={**self.values, **values})
+
+    def crediting(self, effect: Stage) -> "Chain":
+        """Return this chain with ``effect`` listed among the physics put into it."""
+        return replace(self, added=(*self.added, effect))
+
+    def stage_of(self, kind: type[S]) -> S | None:
+        """Return the first stage of a kind, None when there is none."""
+        return next((stage for stage in self.stages if isinstance(stage, kind)), None)
 
     def index(self, place: Place) -> int:
         """Return the number of stages up to and including ``place``: the position just behind it."""

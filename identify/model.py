@@ -37,10 +37,15 @@ class LinearF:
 
 @dataclass(frozen=True)
 class Physics:
-    """One piece of physics beyond the plain model, with its values in the units its effect declares."""
+    """One piece of physics beyond the plain model, with its values in the units its effect declares.
+
+    ``stage`` and ``form`` choose among the places and the laws an effect knows; empty means its first.
+    """
 
     id: str
     values: dict[str, float]
+    stage: str = ""
+    form: str = ""
 
 
 @dataclass(frozen=True)

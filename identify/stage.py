@@ -29,6 +29,14 @@ class Place(IntEnum):
         """Return the name used in reports."""
         return self.name.lower() if self in (Place.SOURCE, Place.SENSE) else self.name
 
+    @classmethod
+    def of(cls, label: str) -> "Place":
+        """Return the place a report calls ``label``; ValueError for another word."""
+        for place in cls:
+            if place.label == label:
+                return place
+        raise ValueError(f"no stage {label!r}: source, G1, F, G2, sense")
+
 
 @dataclass(frozen=True)
 class Parameter:

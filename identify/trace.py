@@ -37,7 +37,8 @@ class Trace:
 
     ``u`` and ``y`` are in V, shape (N,). y[k] is read at t[k] = start_s + k / rate_hz, just before u[k] acts.
     ``intersample`` says what u is between samples: held (a DAC), linear or bandlimited (a measured signal).
-    ``valid`` is False where a sample was lost; None when every sample is there.
+    ``valid`` is False where a sample was lost; None when every sample is there. ``from_rest`` is False when the rig
+    was already in motion at the first sample, so that its state there is unknown.
     """
 
     name: str
@@ -48,6 +49,7 @@ class Trace:
     start_s: float = 0.0
     steps: tuple[Step, ...] = ()
     valid: Mask | None = field(default=None)
+    from_rest: bool = True
 
     def __post_init__(self) -> None:
         """Freeze the arrays and refuse what cannot be a recording (ValueError)."""

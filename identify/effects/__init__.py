@@ -1,0 +1,59 @@
+"""Which physics is known, and how does a model that names some of it become a chain?"""
+
+from collections.abc import Iterable
+from functools import cache
+from importlib.metadata import entry_points
+
+from identify.chain import Chain, plain_chain
+from identify.effects.effect import Effect, short
+from identify.model import Model, Physics
+from identify.stage import Place
+from identify.trace import Intersample
+
+GROUP = "identify.effects"
+
+
+@cache
+def catalogue() -> dict[str, type[Effect]]:
+    """Return every installed effect by id; ValueError when a plug-in is not an effect or its name is not its id."""
+    found: dict[str, type[Effect]] = {}
+    for entry in sorted(entry_points(group=GROUP), key=lambda entry: entry.name):
+        effect = entry.load()
+        if not (isinstance(effect, type) and issubclass(effect, Effect) and effect.id == entry.name):
+            raise ValueError(f"entry point {entry.name} of group {GROUP} is {effect!r}, not the effect of that id")
+        found[effect.id] = effect
+    return found
+
+
+def effect_of(piece: Physics) -> Effect:
+    """Return the effect a model names, at its place and in its form; ValueError for what the catalogue has not."""
+    kind = catalogue().get(piece.id)
+    if kind is None:
+        raise ValueError(f"no effect {piece.id!r} in the catalogue ({', '.join(catalogue())})")
+    place = Place.of(piece.stage) if piece.stage else kind.places[0]
+    form = piece.form or kind.forms[0]
+    if place not in kind.places or form not in kind.forms:
+        known = ", ".join(p.label for p in kind.places)
+        raise ValueError(f"{piece.id} has no form {form!r} at {place.label}; stages: {known}; forms: {', '.join(kind.forms)}")
+    return kind(place, form)
+
+
+def with_physics(chain: Chain, physics: Iterable[Physics]) -> Chain:
+    """Return ``chain`` with pieces of physics put into it."""
+    for piece in physics:
+        chain = effect_of(piece).put_in(chain, piece.values)
+    return chain
+
+
+def chain_of(model: Model, intersample: Intersample = "held") -> Chain:
+    """Return the chain of a model: its blocks and the physics it already knows."""
+    return with_physics(plain_chain(model, intersample), model.physics)
+
+
+def physics_in(chain: Chain) -> tuple[Physics, ...]:
+    """Return the physics put into a chain, with its values."""
+    return tuple(
+        Physics(effect.id, {short(p.name): chain.values[p.name] for p in effect.parameters()}, effect.place.label, effect.form)
+        for effect in chain.added
+        if isinstance(effect, Effect)
+    )

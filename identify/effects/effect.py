@@ -1,0 +1,84 @@
+"""What is a piece of missing physics, so that one file holds all of it?
+
+An effect is a stage with its story: equation, parameters with units and the value that means "absent", where it may
+sit, how to start it from the evidence, what it is confused with, and its sentence for the operator. Fitting, the
+catalogue, the README table and the tests follow from that file alone.
+"""
+
+from abc import abstractmethod
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, Self
+
+from identify.chain import Chain
+from identify.stage import Parameter, Place, Stage
+
+if TYPE_CHECKING:
+    from identify.evidence import Evidence
+
+
+@dataclass(frozen=True)
+class Confusion:
+    """An effect that looks nearly the same, and the experiment that would tell the two apart."""
+
+    id: str
+    would_separate: str
+
+
+@dataclass(frozen=True)
+class Effect(Stage):
+    """One piece of physics at one place in one form; the class carries what is true of it everywhere."""
+
+    place: Place
+    form: str = ""
+
+    id: ClassVar[str]
+    title: ClassVar[str]
+    equation: ClassVar[str]
+    sentence: ClassVar[str]  # what the operator reads; {names} of parameters are filled with value and unit
+    axis: ClassVar[str]  # the coordinate along which it acts, as in "level of w"
+    fingerprint: ClassVar[str]
+    places: ClassVar[tuple[Place, ...]]
+    forms: ClassVar[tuple[str, ...]] = ("",)
+    declared: ClassVar[tuple[Parameter, ...]]
+    absent: ClassVar[Mapping[str, float]]  # by short name
+    confused_with: ClassVar[tuple[Confusion, ...]] = ()
+    example: ClassVar[Mapping[str, float]]  # values on the op-amp rig that must be found, by short name
+
+    @property
+    def name(self) -> str:  # type: ignore[override]  # the id owns the parameters
+        """Return the owner of the parameters: the id."""
+        return self.id
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Return the declared parameters; forms with fewer override this."""
+        return self.declared
+
+    @classmethod
+    def variants(cls) -> Iterator[Self]:
+        """Yield the effect at every place in every form."""
+        for place in cls.places:
+            for form in cls.forms:
+                yield cls(place, form)
+
+    def named(self, values: Mapping[str, float]) -> dict[str, float]:
+        """Return ``values`` by full name, absent ones filled in from the value that means absent."""
+        shared = {p.name: values.get(short(p.name), self.absent[short(p.name)]) for p in self.parameters()}
+        return shared | {f"{self.id}.{key}": value for key, value in values.items() if "[" in key}
+
+    def applicable(self, chain: Chain) -> bool:
+        """Return whether the effect can be put into ``chain``: not twice, and not where it has no meaning."""
+        return all(effect.name != self.id for effect in chain.added)
+
+    def put_in(self, chain: Chain, values: Mapping[str, float]) -> Chain:
+        """Return ``chain`` with this effect in it; ``values`` by short name."""
+        return chain.with_stage(self, self.named(values)).crediting(self)
+
+    @abstractmethod
+    def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
+        """Return the values, by short name, from which a search may begin; empty when nothing speaks for the effect."""
+
+
+def short(name: str) -> str:
+    """Return a parameter's name without its owner."""
+    return name.rpartition(".")[2]

@@ -1,0 +1,48 @@
+"""One more low-pass that the drawing does not show."""
+
+from typing import TYPE_CHECKING, ClassVar, final
+
+import numpy as np
+
+from identify.blocks import run_linear
+from identify.discretise import stepper
+from identify.effects.effect import Confusion, Effect
+from identify.stage import Grid, Held, Parameter, Place, Ramp, Run, Shape, Values
+
+if TYPE_CHECKING:
+    from identify.evidence import Evidence
+
+TAU = Parameter("extra_pole.tau", "s", "log")
+
+
+@final
+class ExtraPole(Effect):
+    """A first-order lag beside G1 or beside G2: a filter capacitor, a slow amplifier."""
+
+    id = "extra_pole"
+    title = "one more pole"
+    equation = "v' = v / (1 + s tau) behind G1, or x' = x / (1 + s tau) behind G2"
+    sentence = "There is one more low-pass than drawn: {}."
+    axis = "frequency"
+    fingerprint = "slower edges, phase growing with frequency"
+    places = (Place.G1, Place.G2)
+    declared = (TAU,)
+    absent: ClassVar = {"tau": 0.0}
+    confused_with = (
+        Confusion("dead_time", "sines at higher frequency: a delay leaves the amplitude alone"),
+        Confusion("rate_dependent_gap", "two amplitudes at one frequency"),
+    )
+    example: ClassVar = {"tau": 1.1e-3}
+
+    def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
+        """Return the running lag."""
+        den = (values[0], 1.0) if values[0] > 0.0 else (1.0,)
+        if isinstance(shape, Held):
+            return run_linear(stepper((1.0,), den, grid.step_s, "held", shape.fraction)), Ramp() if len(den) > 1 else shape
+        return run_linear(stepper((1.0,), den, grid.step_s, "ramp")), Ramp()
+
+    def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
+        """Return the time constant, tried from a tenth of a sample to a second, that explains most."""
+        tried = [{"tau": float(tau)} for tau in np.geomspace(0.1 * evidence.sample_s, 3e3 * evidence.sample_s, 24)]
+        best = evidence.best(self, tried)
+        return [best] if best else []

@@ -1,0 +1,60 @@
+"""The mains: lines at 50 or 60 Hz and odd harmonics, phase free of the stimulus."""
+
+from typing import TYPE_CHECKING, ClassVar, final
+
+import numpy as np
+
+from identify.effects.effect import Confusion, Effect
+from identify.stage import Block, Grid, Parameter, Place, Run, Shape, Values
+from identify.trace import Array
+
+if TYPE_CHECKING:
+    from identify.evidence import Evidence
+
+MAINS_HZ = (50.0, 60.0)
+HARMONICS = (1, 3, 5)
+FREQUENCY = Parameter("hum.frequency", "Hz", scale=0.01)
+AMPLITUDES = (
+    Parameter("hum.amplitude", "V", scale=0.1),
+    Parameter("hum.third", "V", scale=0.1),
+    Parameter("hum.fifth", "V", scale=0.1),
+)
+PHASES = (
+    Parameter("hum.phase", "rad", scale=1.0, local=True),
+    Parameter("hum.phase_third", "rad", scale=1.0, local=True),
+    Parameter("hum.phase_fifth", "rad", scale=1.0, local=True),
+)
+
+
+@final
+class Hum(Effect):
+    """Mains lines added to v (where the gap rectifies them) or to the reading; every run has phases of its own."""
+
+    id = "hum"
+    title = "mains hum"
+    equation = "s' = s + sum over n = 1, 3, 5 of a_n sin(2 pi n f t + phase_n), phases free in every run"
+    sentence = "The mains is picked up: {}."
+    axis = "mains lines"
+    fingerprint = "a line whose phase is free of the stimulus; at v the gap rectifies it"
+    places = (Place.SENSE, Place.G1)
+    declared = (FREQUENCY, *AMPLITUDES, *PHASES)
+    absent: ClassVar = {
+        "frequency": 50.0, "amplitude": 0.0, "third": 0.0, "fifth": 0.0, "phase": 0.0, "phase_third": 0.0, "phase_fifth": 0.0,
+    }  # fmt: skip
+    confused_with = (Confusion("feedthrough", "a stimulus that is no multiple of the mains frequency"),)
+    example: ClassVar = {"frequency": 50.02, "amplitude": 0.03, "third": 0.012, "fifth": 0.006}
+
+    def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
+        """Return the addition at work; time runs from the start of the run, so that phases belong to it."""
+        frequency, amplitudes, phases = values[0], values[1:4], values[4:]
+
+        def run(block: Block) -> Array:
+            turn = 2.0 * np.pi * frequency * grid.step_s * np.arange(block.first, block.first + block.signal.size)
+            lines = [a * np.sin(n * turn + p) for n, a, p in zip(HARMONICS, amplitudes, phases, strict=True) if a]
+            return np.asarray(block.signal + sum(lines)) if lines else block.signal
+
+        return run, shape
+
+    def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
+        """Return the lines of the residual; at v they stand where the plain path would have passed them on."""
+        return [evidence.mains_lines(f, HARMONICS, self.place) for f in MAINS_HZ]

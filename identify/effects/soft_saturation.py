@@ -1,0 +1,78 @@
+"""A soft limit: the output of F is compressed well before it stops."""
+
+from typing import TYPE_CHECKING, ClassVar, final
+
+import numpy as np
+
+from identify.effects.effect import Confusion, Effect
+from identify.stage import Grid, Parameter, Place, Run, Shape, Values, memoryless
+from identify.trace import Array
+
+if TYPE_CHECKING:
+    from identify.evidence import Evidence
+
+LEVEL = Parameter("soft_saturation.level", "V", "log")
+KNEE = Parameter("soft_saturation.knee", "V", "log")
+SLOPE = Parameter("soft_saturation.slope", "V/V", scale=0.1)
+
+
+@final
+class SoftSaturation(Effect):
+    """w compressed towards a level: as tanh, or as a diode whose knee has a width and leaves a slope behind it."""
+
+    id = "soft_saturation"
+    title = "soft compression"
+    equation = (
+        "tanh: w' = level tanh(w / level); diode: w' = w - (1 - slope) knee (ln(1 + exp((|w| - level) / knee)) - "
+        "ln(1 + exp(-level / knee))) on the sides named"
+    )
+    sentence = "Something in F compresses large levels smoothly, as a diode or an overdriven stage does: {}."
+    axis = "level of w"
+    fingerprint = "compression before a level, the same at every frequency"
+    places = (Place.F,)
+    forms = ("tanh both", "tanh upper", "tanh lower", "diode upper", "diode lower")
+    declared = (LEVEL, KNEE, SLOPE)
+    absent: ClassVar = {"level": 1e9, "knee": 1.0, "slope": 0.0}
+    confused_with = (
+        Confusion("curved_border", "none: a monotone law right behind F is a bent border, exactly"),
+        Confusion("adc_nonlinearity", "a faster sine of the same amplitude: a law at y does not see w but what G2 leaves of it"),
+    )
+    example: ClassVar = {"level": 16.0, "knee": 1.2, "slope": 0.2}
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Return the parameters of the form's law."""
+        return (LEVEL,) if self.form.startswith("tanh") else (LEVEL, KNEE, SLOPE)
+
+    def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
+        """Return the law at work on the sides the form names."""
+        law, _, side = self.form.partition(" ")
+        bend = _tanh if law == "tanh" else _diode
+        if side == "both":
+            return memoryless(lambda w: bend(w, *values), shape)
+        sign = 1.0 if side == "upper" else -1.0
+        return memoryless(lambda w: np.where(sign * w > 0.0, sign * bend(sign * w, *values), w), shape)
+
+    def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
+        """Return the levels, tried from a third to three times the range of w, that explain most."""
+        low, high = evidence.range(Place.F)
+        top = max(-low, high) if self.form.endswith("both") else high if self.form.endswith("upper") else -low
+        if top <= 0.0:
+            return []
+        levels = [top * share for share in np.geomspace(0.1, 4.0, 20)]
+        if self.form.startswith("tanh"):
+            tried = [{"level": level} for level in levels]
+        else:
+            tried = [{"level": a, "knee": share * top, "slope": 0.3} for a in levels for share in (0.03, 0.1, 0.3)]
+        best = evidence.best(self, tried)
+        return [best] if best else []
+
+
+def _tanh(w: Array, level: float) -> Array:
+    """Return w compressed towards +-level."""
+    return np.asarray(level * np.tanh(w / level))
+
+
+def _diode(w: Array, level: float, knee: float, slope: float) -> Array:
+    """Return w whose slope falls from one to ``slope`` around ``level``, within a few ``knee``; zero stays zero."""
+    drop = np.logaddexp(0.0, (w - level) / knee) - np.logaddexp(0.0, -level / knee)
+    return np.asarray(w - (1.0 - slope) * knee * drop)

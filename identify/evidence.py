@@ -1,0 +1,172 @@
+"""Which facts about recordings and a fitted chain does the search for missing physics start from?
+
+Every fact is computed once. The plain parameters absorb part of any change, so a candidate is judged by what remains
+of the residual after its change is made and the parameters have moved to first order (physics.md 3).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
+
+from identify.chain import Chain, local_name, signals, simulate
+from identify.effects.effect import Effect
+from identify.effects.hum import Hum
+from identify.fit import DIFFERENCE, Fit
+from identify.observe import Observation
+from identify.stage import Place
+from identify.trace import Array
+
+Matrix = NDArray[np.float64]
+SUBSTEPS = 1  # candidates are compared on the samples' own grid: the comparison needs no finer one
+
+
+class Evidence:
+    """The residual of a fitted chain on its training data, and what any change of the chain would leave of it."""
+
+    def __init__(self, fitted: Fit, observations: Sequence[Observation]) -> None:
+        """Take a fit and the observations it was made on; nothing is computed yet."""
+        self.fitted = fitted
+        self.chain = fitted.chain
+        self.observations = tuple(observations)
+        self.sample_s = 1.0 / observations[0].trace.rate_hz
+        self._seen: dict[tuple[object, ...], float] = {}
+
+    def range(self, place: Place) -> tuple[float, float]:
+        """Return the lowest and highest level of the signal behind a place, V, over all runs."""
+        return self._ranges[place]
+
+    @cached_property
+    def _ranges(self) -> dict[Place, tuple[float, float]]:
+        found = {place: (0.0, 0.0) for place in Place}
+        for observation in self.observations:
+            taps = signals(self.chain, observation.trace, SUBSTEPS)
+            for place in Place:
+                tap = taps[self.chain.index(place) - 1][observation.use]
+                low, high = found[place]
+                found[place] = (min(low, float(np.min(tap))), max(high, float(np.max(tap))))
+        return found
+
+    @cached_property
+    def residual(self) -> Array:
+        """Return the residual of the samples that count, all runs in a row, in units of the noise."""
+        parts = [o.used_residual(self.chain) / o.noise_v for o in self.observations]
+        return np.concatenate(parts)
+
+    @cached_property
+    def _answer(self) -> Array:
+        return self._simulated(self.chain)
+
+    @cached_property
+    def slopes(self) -> Matrix:
+        """Return the change of the answer per search coordinate, in units of the noise, shape (p, n)."""
+        rows = []
+        for i, c in enumerate(self.fitted.coordinates):
+            moved = self.chain.with_values({c.name: c.value(float(self.fitted.theta[i]) + DIFFERENCE)})
+            rows.append((self._simulated(moved) - self._answer) / DIFFERENCE)
+        return np.array(rows).reshape(len(rows), self.residual.size)
+
+    @cached_property
+    def _normal(self) -> tuple[Matrix, bool]:
+        prior = np.diag([c.prior_sd**-2.0 for c in self.fitted.coordinates])
+        return cho_factor(self.slopes @ self.slopes.T + prior)
+
+    def _simulated(self, chain: Chain) -> Array:
+        """Return a chain's answer where samples count, all runs in a row, in units of the noise."""
+        return np.concatenate([simulate(chain, o.trace, SUBSTEPS)[o.use] / o.noise_v for o in self.observations])
+
+    def change(self, chain: Chain) -> Array:
+        """Return how a chain's answer differs from the fitted one's, in units of the noise."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            return self._simulated(chain) - self._answer
+
+    def left_by(self, residual: Array) -> float:
+        """Return the sum of squares of a residual once the fitted parameters have moved to first order."""
+        if not np.all(np.isfinite(residual)):
+            return float("inf")
+        if not self.fitted.coordinates:
+            return float(residual @ residual)
+        pull = self.slopes @ residual
+        return float(residual @ residual - pull @ cho_solve(self._normal, pull))
+
+    @cached_property
+    def left(self) -> float:
+        """Return the sum of squares that the fitted chain leaves."""
+        return self.left_by(self.residual)
+
+    def gain(self, effect: Effect, values: Mapping[str, float]) -> float:
+        """Return by how much chi-squared falls when ``effect`` is put in with ``values`` (by short name)."""
+        key = (effect, tuple(sorted(values.items())))
+        if key not in self._seen:
+            candidate = effect.put_in(self.chain, values)
+            self._seen[key] = self.left - self.left_by(self.residual - self.change(candidate))
+        return self._seen[key]
+
+    def best(self, effect: Effect, options: Sequence[Mapping[str, float]]) -> dict[str, float]:
+        """Return the option that gains most; empty when the effect cannot be put in or there is no option."""
+        if not options or not effect.applicable(self.chain):
+            return {}
+        return dict(max(options, key=lambda values: self.gain(effect, values)))
+
+    def mains_lines(self, mains_hz: float, harmonics: Sequence[int], place: Place) -> dict[str, float]:
+        """Return amplitudes and phases of lines at ``place`` that explain the residual best, by Hum's short names."""
+        names = ("amplitude", "third", "fifth")
+        phases = ("phase", "phase_third", "phase_fifth")
+        columns = [self._line(Hum(place), mains_hz, name, turn) for name in names for turn in (0.0, 0.5 * np.pi)]
+        found = {"frequency": mains_hz, **dict.fromkeys(names, 0.0), **dict.fromkeys(phases, 0.0)}
+        powers = np.zeros(len(harmonics))
+        weights = np.zeros(len(harmonics))
+        for run, part in self._parts():
+            rows = np.array([column[part] for column in columns])
+            matrix, right = rows @ rows.T, rows @ self.residual[part]
+            inphase, quadrature = (np.linalg.pinv(matrix, hermitian=True, rcond=1e-6) @ right).reshape(-1, 2).T
+            weight = np.diag(matrix)[::2]
+            powers += weight * (inphase**2 + quadrature**2)
+            weights += weight
+            for name, a, b in zip(phases, inphase, quadrature, strict=True):
+                found[local_name(name, run)] = float(np.arctan2(b, a))
+        sizes = np.sqrt(powers / np.maximum(weights, 1e-300))
+        return {**found, **dict(zip(names, sizes.tolist(), strict=True))}
+
+    def _line(self, hum: Effect, mains_hz: float, name: str, turn: float) -> Array:
+        """Return the change of the answer per volt of one line at one phase."""
+        size = 0.3 * self.observations[0].noise_v
+        phase = {"amplitude": "phase", "third": "phase_third", "fifth": "phase_fifth"}[name]
+        return self.change(hum.put_in(self.chain, {"frequency": mains_hz, name: size, phase: turn})) / size
+
+    def _parts(self) -> list[tuple[str, slice]]:
+        """Return the stretch of the joined residual that belongs to each run."""
+        ends = np.cumsum([o.count for o in self.observations])
+        starts = np.concatenate(([0], ends[:-1]))
+        return [
+            (o.trace.name, slice(int(a), int(b))) for o, a, b in zip(self.observations, starts, ends, strict=True)
+        ]
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An effect with the values a search may begin from, and the fall of chi-squared they promise."""
+
+    effect: Effect
+    values: Mapping[str, float]
+    gain: float
+
+
+def candidates(evidence: Evidence, kinds: Sequence[type[Effect]]) -> list[Candidate]:
+    """Return every applicable effect at its best start, those that promise most first."""
+    found: list[Candidate] = []
+    for kind in kinds:
+        for effect in kind.variants():
+            if effect.applicable(evidence.chain):
+                starts = evidence_starts(evidence, effect)
+                found += [Candidate(effect, values, evidence.gain(effect, values)) for values in starts]
+    return sorted((c for c in found if np.isfinite(c.gain)), key=lambda c: -c.gain)
+
+
+def evidence_starts(evidence: Evidence, effect: Effect) -> list[dict[str, float]]:
+    """Return an effect's starts; an effect that cannot be computed with these data has none."""
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        return [start for start in effect.starts(evidence) if start]

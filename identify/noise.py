@@ -1,0 +1,158 @@
+"""How noisy is the reading, told from what repeats and never from the residual of a model?
+
+Noise is taken as what changes from one sample to the next where nothing else does: between two periods of the same
+stimulus, or within a settled dwell. First differences in time remove what is slow against a sample (hum, droop,
+drift), which is physics to be explained and not noise.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from identify.trace import Array, Mask, Trace
+
+ENOUGH = 50  # differences needed before an estimate is trusted
+FIR_TAPS = 64
+
+
+@dataclass(frozen=True)
+class Noise:
+    """The standard deviation of one reading in V, and where that figure comes from."""
+
+    rms_v: float
+    origin: str
+
+
+@dataclass(frozen=True)
+class _Pool:
+    """A sum of squares of differences, each of variance ``gain`` times the noise's."""
+
+    total: float = 0.0
+    count: int = 0
+
+    def with_differences(self, e: Array, gain: float) -> "_Pool":
+        """Return the pool with more differences in it."""
+        return _Pool(self.total + float(e @ e) / gain, self.count + e.size)
+
+
+def noise_of(traces: Sequence[Trace], settle_s: float, declared_v: float | None = None) -> Noise:
+    """Return the noise of a set of recordings made on one bench.
+
+    ``settle_s`` is how long the rig takes to settle after a step. Sources in order of trust: repeated periods, settled
+    dwells, the rig file's figure, the residual of a free linear filter (an upper bound). Raises ValueError when none of
+    them is available.
+    """
+    floor = quantisation_rms(traces)
+    for origin, differences in (("repeated periods", _of_periods), ("settled dwells", _of_dwells)):
+        pool = _Pool()
+        for trace in traces:
+            pool = differences(trace, round(settle_s * trace.rate_hz), pool)
+        if pool.count >= ENOUGH:
+            return Noise(max(float(np.sqrt(pool.total / pool.count)), floor), origin)
+    if declared_v:
+        return Noise(max(declared_v, floor), "the rig file")
+    bound = min((_free_filter_rms(trace) for trace in traces), default=float("inf"))
+    if not np.isfinite(bound) or bound == 0.0:
+        raise ValueError("no repeats, no settled dwell and no noise in the rig file: the noise cannot be told")
+    return Noise(max(bound, floor), "the residual of a free linear filter, an upper bound")
+
+
+def quantisation_rms(traces: Sequence[Trace]) -> float:
+    """Return the noise of the ADC's steps, LSB / sqrt(12), in V; 0 when the readings lie on no coarse grid."""
+    lsb = min((_grid_step(trace.y[good(trace)]) for trace in traces), default=0.0)
+    return lsb / np.sqrt(12.0)
+
+
+def _grid_step(y: Array) -> float:
+    """Return the smallest step between distinct readings if all readings are multiples of it, else 0."""
+    levels = np.unique(y)
+    if levels.size < 2 or levels.size > y.size // 4:
+        return 0.0
+    step = float(np.min(np.diff(levels)))
+    offsets = (levels - levels[0]) / step
+    return step if float(np.max(np.abs(offsets - np.rint(offsets)))) < 0.05 else 0.0
+
+
+def good(trace: Trace) -> Mask:
+    """Return which samples were received, shape (N,)."""
+    return np.ones(trace.size, dtype=bool) if trace.valid is None else trace.valid
+
+
+def _of_periods(trace: Trace, settle: int, pool: _Pool) -> _Pool:
+    """Add the differences between successive periods of a repeated stimulus, settled ones only."""
+    ok = good(trace)
+    for start, stop in stretches(trace):
+        period = period_of(trace.u[start:stop])
+        first = start + max(settle, period)
+        if period == 0 or stop - first < 2 * period:
+            continue
+        y = trace.y[first:stop]
+        both = ok[first : stop - period] & ok[first + period : stop]
+        e = np.diff(y[period:] - y[:-period])[both[1:] & both[:-1]]
+        pool = pool.with_differences(e, 4.0)
+    return pool
+
+
+def _of_dwells(trace: Trace, settle: int, pool: _Pool) -> _Pool:
+    """Add the differences between successive samples where the stimulus has long been constant."""
+    calm = quiet(trace.u, settle) & good(trace)
+    e = np.diff(trace.y)[calm[1:] & calm[:-1]]
+    return pool.with_differences(e, 2.0)
+
+
+def quiet(u: Array, settle: int) -> Mask:
+    """Return where u has not changed for more than ``settle`` samples, shape (N,)."""
+    changed = np.flatnonzero(np.diff(u, prepend=u[:1]) != 0.0)
+    last = np.zeros(u.size, dtype=np.int64)
+    last[changed] = changed
+    return np.asarray(np.arange(u.size) - np.maximum.accumulate(last) > settle)
+
+
+def stretches(trace: Trace) -> list[tuple[int, int]]:
+    """Return the stretches to look for periods in: runs of steps with one label, or the whole trace."""
+    joined: list[tuple[str, int, int]] = []
+    for step in trace.steps:
+        if joined and joined[-1][0] == step.label and joined[-1][2] == step.start:
+            joined[-1] = (step.label, joined[-1][1], step.stop)
+        else:
+            joined.append((step.label, step.start, step.stop))
+    return [(start, stop) for _, start, stop in joined] or [(0, trace.size)]
+
+
+def period_of(u: Array) -> int:
+    """Return the shortest period of u in samples, 0 when it has none that fits twice.
+
+    The squared distance between u and itself shifted is zero at a period; all shifts are had from one transform.
+    """
+    n = u.size
+    centred = u - np.mean(u)
+    if n < 4 or not np.any(np.abs(np.diff(u)) > 0.0):
+        return 0
+    size = 1 << int(np.ceil(np.log2(2 * n)))
+    spectrum = np.fft.rfft(centred, size)
+    overlap = np.fft.irfft(np.abs(spectrum) ** 2, size)[: n // 2 + 1]
+    energy = np.concatenate(([0.0], np.cumsum(np.square(centred))))
+    shifts = np.arange(n // 2 + 1)
+    distance = energy[n - shifts] + (energy[n] - energy[shifts]) - 2.0 * overlap
+    near = np.flatnonzero(distance[1:] < 1e-6 * energy[n]) + 1
+    tolerance = 1e-4 * float(np.max(np.abs(centred)))
+    for shift in near[:200]:
+        if float(np.max(np.abs(u[shift:] - u[:-shift]))) < tolerance:
+            return int(shift)
+    return 0
+
+
+def _free_filter_rms(trace: Trace) -> float:
+    """Return the residual rms of the best finite impulse response from u to y, V: noise plus what is not linear."""
+    if trace.size < 20 * FIR_TAPS or trace.size - trace.size // 2 < FIR_TAPS:
+        return float("inf")
+    padded = np.concatenate((np.zeros(FIR_TAPS), trace.u))
+    view = np.lib.stride_tricks.sliding_window_view(padded, FIR_TAPS + 1)[:, ::-1]
+    rows = np.column_stack((view[FIR_TAPS : trace.size], np.ones(trace.size - FIR_TAPS)))[:200_000]
+    target = trace.y[FIR_TAPS : FIR_TAPS + rows.shape[0]]
+    ok = good(trace)[FIR_TAPS : FIR_TAPS + rows.shape[0]]
+    rows, target = rows[ok], target[ok]
+    taps = np.linalg.lstsq(rows, target, rcond=1e-8)[0]
+    misfit = target - rows @ taps
+    return float(np.sqrt(misfit @ misfit / max(target.size - rows.shape[1], 1)))

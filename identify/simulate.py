@@ -1,0 +1,38 @@
+"""What would the recording be if the rig were exactly this model?"""
+
+import numpy as np
+
+from identify.chain import running, source_voltage
+from identify.effects import chain_of
+from identify.model import Model
+from identify.stage import Block, Grid
+from identify.trace import Array
+
+SUBSTEPS = 8  # of a simulated rig, whose samples are not known beforehand
+
+
+class Player:
+    """A rig that is played block by block, from rest, with the noise of its model; equal seeds give equal noise."""
+
+    def __init__(
+        self, model: Model, rate_hz: float, seed: int = 0, start_s: float = 0.0, substeps: int = SUBSTEPS
+    ) -> None:
+        """Start the rig at rest at clock time ``start_s``, behind a DAC that holds its level.
+
+        Raises ValueError for physics the catalogue has not.
+        """
+        self._grid = Grid("played", 1.0 / (rate_hz * substeps), substeps, start_s)
+        self._run = running(chain_of(model), self._grid)
+        self._noise_v = model.noise_v or 0.0
+        self._random = np.random.default_rng(seed)
+        self._played, self._before = 0, 0.0
+
+    def play(self, u: Array) -> Array:
+        """Return y, V, shape (N,), for the next N samples of u, V; y[k] is read before u[k] acts."""
+        if u.size == 0:
+            return np.empty(0)
+        substeps = self._grid.substeps
+        source = source_voltage(np.asarray(u, dtype=np.float64), "held", substeps, self._before)
+        answer = self._run(Block(source, source, self._played * substeps, self._grid))[::substeps]
+        self._played, self._before = self._played + u.size, float(u[-1])
+        return np.asarray(answer + self._noise_v * self._random.standard_normal(u.size))
