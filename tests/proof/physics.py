@@ -1,15 +1,17 @@
 """What does a concealed piece of physics do to the signals? Each from its own equation, one function a place.
 
 Places, in the order of the signal path: ``v`` (after G1), ``play`` (the operator itself), ``w`` (after F), ``x``
-(after G2) and ``y`` (at the readings). A function takes the signal and a Scene and returns the signal changed.
+(after G2), ``late`` (how late the reading is) and ``y`` (at the readings). A function takes the signal and a Scene and
+returns the signal changed; WHERE says which function stands for a name, and at which place.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
-from tests.proof.integrator import Array, Grid, between, linear_block, play, slewed
+from tests.proof.integrator import Array, Grid, between, linear_block, play, read_at, slewed
 from tests.proof.rigs import Rig
 
 
@@ -171,3 +173,37 @@ def rectifying_sensor(y: Array, scene: Scene) -> Array:
 def ac_coupling(x: Array, scene: Scene) -> Array:
     """Pass x through s/(s + 1/tau), settled before the run."""
     return x - _lag(x, scene.values["tau"], scene)
+
+
+Place = Literal["v", "play", "w", "x", "late", "y"]
+
+
+def dead_time(x: Array, scene: Scene) -> Array:
+    """Read x ``delay`` late."""
+    return read_at(x, scene.grid, scene.values["delay"])
+
+
+WHERE: dict[str, tuple[Place, Change]] = {
+    "hum at G1": ("v", hum_at_v),
+    "extra_pole in G1": ("v", extra_pole),
+    "resonance in G1": ("v", resonance),
+    "leak": ("play", leak),
+    "bias current": ("play", bias_current),
+    "curved_border": ("play", curved_border),
+    "second_play": ("play", second_play),
+    "saturation": ("w", saturation),
+    "soft_saturation": ("w", soft_saturation),
+    "soft_saturation, upper": ("w", soft_saturation_upper),
+    "soft_saturation, lower": ("w", soft_saturation_lower),
+    "slew_limit": ("w", slew_limit),
+    "absorption": ("w", absorption),
+    "extra_pole in G2": ("x", extra_pole),
+    "resonance in G2": ("x", resonance),
+    "ac_coupling": ("x", ac_coupling),
+    "dead_time": ("late", dead_time),
+    "feedthrough": ("y", feedthrough),
+    "gain_drift": ("y", gain_drift),
+    "rectifying_sensor": ("y", rectifying_sensor),
+    "offset_drift": ("y", offset_drift),
+    "hum at sense": ("y", hum_at_y),
+}

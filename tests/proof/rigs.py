@@ -30,6 +30,8 @@ class Rig:
 OP_AMP = Rig("op-amp", (1000.0,), (1e-4, 20.0, 1000.0), 8.0, 1.25, 8.0, -1.25, (1000.0,), (1e-6, 2.0, 1000.0))
 # Unequal slopes and an off-centre gap: even harmonics, and a mean that depends on the amplitude.
 SKEWED = replace(OP_AMP, name="skewed", s_l=7.0, d_l_v=1.0, s_u=8.5, d_u_v=-1.3)
+# One RC section each: a missing pole has no spare pole of the plain model to hide in.
+RC = replace(OP_AMP, name="RC", g1_den=(20.0, 1000.0), g2_den=(2.0, 1000.0))
 
 
 def toleranced(rig: Rig, seed: int, fraction: float = 0.02) -> Rig:

@@ -1,0 +1,121 @@
+"""Which physics is concealed in which rig, and what must an honest explainer answer?"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from tests.proof.rigs import OP_AMP, RC, SKEWED, Rig, toleranced
+from tests.proof.stimuli import Stimulus, held_out, training
+
+
+@dataclass(frozen=True)
+class Concealed:
+    """Physics by its name in physics.WHERE, and its true values in SI units."""
+
+    name: str
+    values: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What must be found: the public id, the stage as the report calls it, and the true parameters in SI units."""
+
+    id: str
+    stage: str
+    parameters: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Case:
+    """One blind trial. ``nominal`` is the rig file given to the explainer, ``rig`` what stands on the bench.
+
+    ``expected`` names what the library knows; physics without it is outside the library and must end unnamed.
+    """
+
+    name: str
+    nominal: Rig
+    physics: tuple[Concealed, ...]
+    expected: tuple[Finding, ...]
+    seed: int
+
+    @cached_property
+    def rig(self) -> Rig:
+        """Return the rig as built, its parts off the nominal by up to 2 %."""
+        return toleranced(self.nominal, self.seed)
+
+    @cached_property
+    def training(self) -> tuple[Stimulus, ...]:
+        """Return the stimuli a model may be fitted to."""
+        return training()
+
+    @cached_property
+    def held_out(self) -> tuple[Stimulus, ...]:
+        """Return the stimuli kept for the proof."""
+        return held_out()
+
+    @property
+    def verdict(self) -> str:
+        """Return the verdict that is right: consistent, explained or unexplained."""
+        if not self.physics:
+            return "consistent"
+        return "explained" if self.expected else "unexplained"
+
+
+def _known(name: str, nominal: Rig, seed: int, *parts: tuple[str, str, str, dict[str, float]]) -> Case:
+    """Return a case of physics inside the library: (name in WHERE, id, stage, values) each."""
+    physics = tuple(Concealed(what, values) for what, _, _, values in parts)
+    return Case(name, nominal, physics, tuple(Finding(i, stage, values) for _, i, stage, values in parts), seed)
+
+
+def _unknown(name: str, nominal: Rig, seed: int, what: str, values: dict[str, float]) -> Case:
+    """Return a case of physics outside the library."""
+    return Case(name, nominal, (Concealed(what, values),), (), seed)
+
+
+CLEAN = (Case("clean, op-amp", OP_AMP, (), (), 101), Case("clean, skewed", SKEWED, (), (), 102))
+
+LIBRARY = (
+    _known("saturation", OP_AMP, 111, ("saturation", "saturation", "F", {"upper": 13.61, "lower": -14.23})),
+    _known("soft_saturation", OP_AMP, 112, ("soft_saturation", "soft_saturation", "F", {"level": 47.3})),
+    _known("soft_saturation, upper", SKEWED, 113, ("soft_saturation, upper", "soft_saturation", "F", {"level": 43.7})),
+    _known("plateau_droop, leak", OP_AMP, 114, ("leak", "plateau_droop", "F", {"rate": 0.097})),
+    _known("plateau_droop, bias current", OP_AMP, 115, ("bias current", "plateau_droop", "F", {"current": 0.53})),
+    _known("dead_time", RC, 116, ("dead_time", "dead_time", "G2", {"delay": 123e-6})),
+    _known("extra_pole, G1", RC, 117, ("extra_pole in G1", "extra_pole", "G1", {"tau": 0.77e-3})),
+    _known("extra_pole, G2", RC, 118, ("extra_pole in G2", "extra_pole", "G2", {"tau": 0.57e-3})),
+    _known("feedthrough", OP_AMP, 119, ("feedthrough", "feedthrough", "sense", {"k": 0.0137})),
+    _known(
+        "hum, sense", OP_AMP, 120,
+        ("hum at sense", "hum", "sense", {"frequency": 50.013, "amplitude": 0.047, "third": 0.31, "fifth": 0.17}),
+    ),
+    _known(
+        "hum, G1", SKEWED, 121,
+        ("hum at G1", "hum", "G1", {"frequency": 49.991, "amplitude": 0.0113, "third": 0.23, "fifth": 0.14}),
+    ),
+    _known("offset_drift", SKEWED, 122, ("offset_drift", "offset_drift", "sense", {"rate": 4.7e-3})),
+)  # fmt: skip
+
+OUTSIDE = (
+    _unknown("curved_border", OP_AMP, 131, "curved_border", {"k3": 0.021}),
+    _unknown("second_play", OP_AMP, 132, "second_play", {"wider": 1.43, "weight": 0.067}),
+    _unknown("slew_limit", OP_AMP, 133, "slew_limit", {"rate": 2310.0}),
+    _unknown("absorption", OP_AMP, 134, "absorption", {"fraction": 0.043, "tau": 0.083}),
+    _unknown("resonance", OP_AMP, 135, "resonance in G2", {"w_n": 1630.0, "zeta": 0.27}),
+    _unknown("gain_drift", SKEWED, 136, "gain_drift", {"rate": 1.3e-3}),
+    _unknown("rectifying_sensor", OP_AMP, 137, "rectifying_sensor", {"lost": 0.019}),
+    _unknown("ac_coupling", SKEWED, 138, "ac_coupling", {"tau": 37.0}),
+)
+
+PAIRS = (
+    _known(
+        "saturation and hum", OP_AMP, 141,
+        ("saturation", "saturation", "F", {"upper": 13.42, "lower": -14.07}),
+        ("hum at sense", "hum", "sense", {"frequency": 49.988, "amplitude": 0.036, "third": 0.27, "fifth": 0.12}),
+    ),
+    _known(
+        "plateau_droop and offset_drift", OP_AMP, 142,
+        ("leak", "plateau_droop", "F", {"rate": 0.127}),
+        ("offset_drift", "offset_drift", "sense", {"rate": -3.9e-3}),
+    ),
+)  # fmt: skip
+
+CASES = (*CLEAN, *LIBRARY, *OUTSIDE, *PAIRS)
