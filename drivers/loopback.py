@@ -12,7 +12,8 @@ from typing import final
 import numpy as np
 
 import protocols
-from drivers.emulators.bench import Bench, Codes, dac
+from drivers.converter import Codes, dac
+from drivers.emulators.bench import Bench
 from drivers.emulators.device_model import DeviceModel, Hardware, State
 from rig.device import Array, Block, Capabilities, Device, Flag, Identity
 from rig.errors import FileError, UsageError

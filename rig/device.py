@@ -1,13 +1,14 @@
 """What must every device do, and what is checked before anything reaches its output?
 
 A driver subclasses ``Device`` and fills the underscore methods. The public methods are final: they own the checks, the
-limits, the deadlines and the log, so that no driver can forget them. Time convention: y[k] is read just before u[k] acts.
+limits, the deadlines and the log, so that no driver can forget them. y[k] is read just before u[k] acts.
 """
 
 import logging
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, field
 from enum import IntFlag
 from types import TracebackType
@@ -74,12 +75,12 @@ class Capabilities:
     @property
     def output_lsb_v(self) -> float:
         """Return the step of the DAC in V: codes are symmetric, 0 V and both ends of the range are exact."""
-        return (self.output_high_v - self.output_low_v) / (2**self.output_bits - 2)
+        return (self.output_high_v - self.output_low_v) / float((1 << self.output_bits) - 2)
 
     @property
     def input_lsb_v(self) -> float:
         """Return the step of the ADC in V, by the same rule as the DAC."""
-        return (self.input_high_v - self.input_low_v) / (2**self.input_bits - 2)
+        return (self.input_high_v - self.input_low_v) / float((1 << self.input_bits) - 2)
 
 
 @dataclass(frozen=True)
@@ -229,9 +230,9 @@ class Device(ABC):
     def _blocks(self, samples: Array, rate_hz: float, safe_level_v: float, ramp_s: float) -> Iterator[Block]:
         """Yield the blocks of one run in order, under the deadline; stop the clock however the run ends."""
         expected, patience_s = 0, STALL_S + 2 / rate_hz
-        self._begin(samples, rate_hz, safe_level_v, ramp_s)
-        deadline = time.monotonic() + patience_s
-        try:
+        with self._halted_afterwards():
+            self._begin(samples, rate_hz, safe_level_v, ramp_s)
+            deadline = time.monotonic() + patience_s
             while expected < samples.size:
                 block = self._read(POLL_S)
                 if block is not None:
@@ -241,8 +242,19 @@ class Device(ABC):
                     raise DeviceError("the device fell silent", where=str(self.identity()),
                                       value=f"{expected} of {samples.size} samples after {patience_s:.3g} s of waiting")
                 yield block or Block(expected, np.empty(0))
+
+    @contextmanager
+    def _halted_afterwards(self) -> Iterator[None]:
+        """Stop the clock on the way out; a device that failed may fail here again, and the first failure is told."""
+        second_failure: AbstractContextManager[None] = nullcontext()
+        try:
+            yield
+        except DeviceError:
+            second_failure = suppress(DeviceError)
+            raise
         finally:
-            self._halt()
+            with second_failure:
+                self._halt()
 
     def _following(self, block: Block, expected: int, size: int) -> int:
         """Return the index after ``block``; raise DeviceError when it does not follow the block before."""

@@ -1,8 +1,8 @@
 """How is a plan played on a device so that, whatever happens, the output ends at its safe level?
 
 Safety comes before storage: on every way out the clock is stopped and the output is ramped down before anything else is
-done, and each of these steps is guarded by itself. SIGINT, SIGTERM and SIGHUP are requests to stop, answered between two
-blocks; a second one does not interrupt the ramp.
+done, and each of these steps is guarded by itself. SIGINT, SIGTERM and SIGHUP are requests to stop, answered between
+two blocks; a second one does not interrupt the ramp.
 """
 
 import logging
@@ -136,7 +136,8 @@ def _make_safe(plan: Plan, device: Device, blocks: Iterator[Block], state: _Prog
                        do="switch the rig off by hand; a device with a watchdog goes to its safe level by itself")
 
 
-def _outcome(state: _Progress, stop: _StopRequest, ended_by: BaseException | None, unsafe: DeviceError | None) -> Outcome:
+def _outcome(state: _Progress, stop: _StopRequest, ended_by: BaseException | None, unsafe: DeviceError | None,
+             ) -> Outcome:
     """Return the verdict on a run: the gravest of what happened is its reason."""
     failure = unsafe or _failure(state, stop, ended_by)
     reason = f"all {state.size} samples recorded" if failure is None else str(failure)
@@ -161,7 +162,7 @@ def _guarded(step: Callable[[], object]) -> BaseException | None:
     """Do ``step``; return what it raised instead of raising it."""
     try:
         step()
-    except BaseException as error:  # noqa: BLE001
+    except BaseException as error:
         return error
     return None
 

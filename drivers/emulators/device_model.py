@@ -11,7 +11,8 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.emulators.bench import Bench, Codes
+from drivers.converter import Codes
+from drivers.emulators.bench import Bench
 from rig.device import Capabilities, Identity
 
 CHUNK = 2048
@@ -75,6 +76,7 @@ class DeviceModel:
         self._safe = (0.0, 0.0)
         self._ramp = (0.0, 0.0, 0.0, 0.0)
         self._heard_s = 0.0
+        self.accepted = self.played = self.sent = self.overrun_samples = 0
         self._clear(0)
 
     def achievable_rate(self, rate_hz: float) -> float:
@@ -117,6 +119,7 @@ class DeviceModel:
     def safe(self, level_v: float, ramp_s: float, now_s: float) -> None:
         """Stop the clock and ramp from the present level to ``level_v``; a device never used goes there at once."""
         self.advance(now_s)
+        self._safe = (level_v, ramp_s)
         self._ramp_to(level_v, ramp_s, now_s)
 
     def heard(self, now_s: float) -> None:
@@ -124,9 +127,14 @@ class DeviceModel:
         self._heard_s = now_s
 
     def level_v(self, now_s: float) -> float | None:
-        """Return the level at the output in V; None before anything was output."""
-        if self.state is not State.RAMPING:
-            return self._level_v
+        """Return the level at the output in V, a step of the DAC; None before anything was output."""
+        if self._level_v is None:
+            return None
+        level = self._level_v if self.state is not State.RAMPING else self._on_ramp(now_s)
+        return float(self.bench.dac.volts(self.bench.dac.codes(np.array([level])))[0])
+
+    def _on_ramp(self, now_s: float) -> float:
+        """Return where the ramp stands, in V."""
         first, last, start_s, ramp_s = self._ramp
         share = 1.0 if ramp_s <= 0 else min(1.0, (now_s - start_s) / ramp_s)
         return first + (last - first) * share
@@ -140,7 +148,7 @@ class DeviceModel:
             self.state = State.IDLE
 
     def take(self, most: int) -> tuple[int, Codes] | None:
-        """Return up to ``most`` samples not yet handed over as (first number, codes), or None; lost ones are skipped."""
+        """Return up to ``most`` samples not handed over yet as (first number, codes), lost ones skipped, or None."""
         runs = self._input.get(self.sent, min(self.played, self.sent + most)) or self._input.get(self.sent, self.played)
         if not runs:
             self.sent = self.played
