@@ -1,0 +1,176 @@
+"""What is the answer to "why do simulation and recording differ"?"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from identify.fit import Fit
+from identify.interval import Interval, number
+from identify.model import Model
+from identify.noise import Noise
+from identify.observe import Observation
+from identify.trace import Array
+
+SCHEMA = "rig.explain/1"
+Verdict = Literal["consistent", "explained", "partly_explained", "unexplained"]
+
+
+@dataclass(frozen=True)
+class Range:
+    """A stretch of a coordinate, and the share of the mismatch's energy that lies in it."""
+
+    axis: str
+    low: float
+    high: float
+    unit: str
+    share: float
+
+    def to_dict(self) -> dict[str, object]:
+        """Return the form of the charter."""
+        return {
+            "axis": self.axis, "from": number(self.low, 4), "to": number(self.high, 4), "unit": self.unit,
+            "share": number(self.share, 3),
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Profile:
+    """The mismatch along one coordinate, for the picture of where it sits: bins (B+1,), rms per bin (B,), V."""
+
+    axis: str
+    unit: str
+    edges: Array
+    before_v: Array
+    after_v: Array
+
+
+@dataclass(frozen=True)
+class Location:
+    """The stage at which the mismatch enters, and where on that stage's own coordinate.
+
+    ``alternatives`` are stages that the data cannot exclude.
+    """
+
+    stage: str
+    where: tuple[Range, ...]
+    sentence: str
+    alternatives: tuple[str, ...] = ()
+
+    def to_dict(self) -> dict[str, object]:
+        """Return the form of the charter."""
+        return {
+            "stage": self.stage, "where": [w.to_dict() for w in self.where], "sentence": self.sentence,
+            "alternatives": list(self.alternatives),
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """Another physics that the data cannot exclude."""
+
+    id: str
+    stage: str
+    probability: float
+
+    def to_dict(self) -> dict[str, object]:
+        """Return the form of the charter."""
+        return {"id": self.id, "stage": self.stage, "probability": number(self.probability, 3)}
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One piece of missing physics; ``id`` is ``unnamed`` when its place and shape are proven but no name is."""
+
+    id: str
+    stage: str
+    form: str
+    probability: float
+    parameters: dict[str, tuple[Interval, str]]
+    equation: str
+    sentence: str
+    could_also_be: tuple[Alternative, ...]
+    would_separate: str | None
+
+    def to_dict(self) -> dict[str, object]:
+        """Return the form of the charter."""
+        return {
+            "id": self.id, "stage": self.stage, "form": self.form or None, "probability": number(self.probability, 3),
+            "parameters": {name: interval.to_dict(unit) for name, (interval, unit) in self.parameters.items()},
+            "equation": self.equation, "sentence": self.sentence,
+            "could_also_be": [other.to_dict() for other in self.could_also_be], "would_separate": self.would_separate,
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """Residual rms in V of the plain and the improved model on the same samples."""
+
+    before_v: float
+    after_v: float
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """The proof: residuals on data used neither for fitting nor for choosing. ``how`` says which data those are."""
+
+    runs: tuple[str, ...]
+    how: str
+    residuals: Residuals
+
+
+@dataclass(frozen=True)
+class Remaining:
+    """What the improved model leaves: held-out residual over noise, and where it would sit."""
+
+    over_noise: float
+    stage: str | None
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """The mismatch, the physics left out, the better model, and the proof."""
+
+    verdict: Verdict
+    sentence: str
+    noise: Noise
+    mismatch_v: float
+    p_value: float
+    location: Location | None
+    effects: tuple[Finding, ...]
+    training: Residuals
+    held_out: HeldOut
+    remaining: Remaining
+    model: Model
+    plain: Fit
+    improved: Fit
+    train: tuple[Observation, ...]
+    test: tuple[Observation, ...]
+    profiles: tuple[Profile, ...]
+    warnings: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, object]:
+        """Return the answer of ``rig explain --json``, schema rig.explain/1, without the rig-file form of the model."""
+        noise, held = self.noise.rms_v, self.held_out
+        return {
+            "schema": SCHEMA, "verdict": self.verdict, "sentence": self.sentence,
+            "noise": {"rms": number(noise), "unit": "V", "from": self.noise.origin},
+            "mismatch": {
+                "rms": number(self.mismatch_v), "unit": "V", "over_noise": number(self.mismatch_v / noise),
+                "p_value": number(self.p_value, 3),
+            },
+            "location": self.location.to_dict() if self.location else None,
+            "effects": [finding.to_dict() for finding in self.effects],
+            "fit": {
+                "unit": "V",
+                "training": {"before": number(self.training.before_v), "after": number(self.training.after_v)},
+                "held_out": {
+                    "runs": list(held.runs), "how": held.how, "before": number(held.residuals.before_v),
+                    "after": number(held.residuals.after_v), "noise": number(noise),
+                },
+            },
+            "remaining": {
+                "over_noise": number(self.remaining.over_noise), "stage": self.remaining.stage,
+                "sentence": self.remaining.sentence,
+            },
+            "warnings": list(self.warnings),
+        }  # fmt: skip
