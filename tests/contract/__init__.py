@@ -1,0 +1,1 @@
+"""Does every member of an extension point keep its contract?"""

@@ -1,0 +1,1 @@
+"""Do the drivers and the emulated devices do what their protocol says?"""

@@ -1,0 +1,1 @@
+"""What happens on a real link: split reads, lost bytes, dying devices, killed hosts?"""
