@@ -1,9 +1,9 @@
 """How is a YAML mapping held against its form, so that a refusal names file, line and key?"""
 
 from functools import partial
-from typing import Annotated, Any, Self, TypeVar
+from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, ValidationError, model_validator
 
 from rig.errors import FileError, MisfitError, unknown
 from rig.units import multiple, quantity
@@ -18,7 +18,8 @@ VoltsPerSecond = Annotated[float, BeforeValidator(partial(quantity, unit="V/s"))
 Radians = Annotated[float, BeforeValidator(partial(quantity, unit="rad"))]
 Gain = Annotated[float, BeforeValidator(partial(quantity, unit="V/V"))]
 
-F = TypeVar("F", bound="Form")
+BY_SHAPE = Discriminator(lambda value: "mapping" if isinstance(value, dict | BaseModel) else "plain")
+"""Tells the two members of a union apart, ``Tag("mapping")`` and ``Tag("plain")``, so that one of them reports."""
 
 
 class UnknownKeyError(MisfitError):
@@ -54,19 +55,19 @@ class Form(BaseModel):
     @classmethod
     def read(cls, document: Document, *keys: str | int) -> Self:
         """Return the mapping at ``keys`` of ``document`` in this form; raise FileError for the first thing wrong."""
-        return check(document, cls, keys)
+        node: Any = document.data
+        for key in keys:
+            node = node[key]
+        return cls.of(document, keys, node)
 
-
-def check(document: Document, form: type[F], keys: Keys = ()) -> F:
-    """Return ``document`` at ``keys`` as ``form``; raise FileError with file, line and key."""
-    node: Any = document.data
-    for key in keys:
-        node = node[key]
-    try:
-        return form.model_validate(node)
-    except ValidationError as error:
-        problems = error.errors(include_url=False)
-        raise _placed(document, keys, min(problems, key=_urgency)) from error
+    @classmethod
+    def of(cls, document: Document, keys: Keys, node: object) -> Self:
+        """Return ``node``, which stands at ``keys`` or is a part of what does; raise FileError with line and key."""
+        try:
+            return cls.model_validate(node)
+        except ValidationError as error:
+            problems = error.errors(include_url=False)
+            raise _placed(document, keys, min(problems, key=_urgency)) from error
 
 
 def _urgency(problem: Any) -> int:
@@ -79,7 +80,7 @@ def _cause(problem: Any) -> object:
 
 
 def _placed(document: Document, keys: Keys, problem: Any) -> FileError:
-    cause, path = _cause(problem), (*keys, *problem["loc"])
+    cause, path = _cause(problem), _path(document, keys, problem)
     if isinstance(cause, UnknownKeyError):
         return cause.placed(document.at(*path, cause.key))
     if isinstance(cause, MisfitError):
@@ -88,6 +89,17 @@ def _placed(document: Document, keys: Keys, problem: Any) -> FileError:
         return FileError(f"the key {path[-1]!r} is missing", where=document.at(*path[:-1]), do=f"add '{path[-1]}:'")
     what = problem["msg"].replace("Input should be", "must be").replace("Value error, ", "")
     return FileError(what, where=document.at(*path), value=_shown(problem["input"]))
+
+
+def _path(document: Document, keys: Keys, problem: Any) -> Keys:
+    """Return the key path of a problem as the file has it: without the tags of unions, with a key that is missing."""
+    node: Any = document.data
+    path: list[str | int] = []
+    for part in (*keys, *problem["loc"]):
+        if (isinstance(node, dict) and part in node) or (isinstance(node, list) and isinstance(part, int)):
+            node = node[part]
+            path.append(part)
+    return (*path, problem["loc"][-1]) if problem["type"] == "missing" else tuple(path)
 
 
 def _shown(value: object) -> str:

@@ -2,12 +2,16 @@
 
 import math
 from collections.abc import Sequence
+from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rig.errors import MisfitError
 
+Coefficients = tuple[Sequence[float], Sequence[float]]
+"""num and den in descending powers of s."""
+INSTANTS = 4096
 UNSTABLE_AT = -1e-9
 """Largest real part of a pole, relative to its distance from 0, that still counts as stable."""
 
@@ -31,18 +35,37 @@ def poles(den: Sequence[float]) -> NDArray[np.complex128]:
     return np.asarray(np.roots(np.asarray(den, dtype=float)), dtype=np.complex128)
 
 
-def settling_time_s(dens: Sequence[Sequence[float]], dead_time_s: float, fraction: float) -> float:
-    """Return the time in s after which the step response of a chain stays within ``fraction`` of its step.
+def settling_time_s(blocks: Sequence[Coefficients], dead_time_s: float, fraction: float) -> float:
+    """Return the time in s after which the step response of a chain of (num, den) stays within ``fraction`` of its end.
 
-    For real poles the remainder is the tail of a sum of exponential waiting times, so Chernoff's bound holds:
-    min over 0 < q < 1/tau_max of (ln(1/fraction) - sum ln(1 - q tau_i)) / q. Complex poles enter by their decay.
+    Read off the exact response at INSTANTS instants, rounded up to the next of them.
     """
-    taus = np.concatenate([-1.0 / poles(den).real for den in dens if len(den) > 1] or [np.empty(0)])
-    if taus.size == 0 or not 0 < fraction < 1:
+    num, den = _product([num for num, _ in blocks]), _product([den for _, den in blocks])
+    if len(den) == 1:
         return dead_time_s
-    q = np.linspace(0.0, 1.0, 2000)[1:-1] / taus.max()
-    bound = (math.log(1.0 / fraction) - np.log1p(-np.outer(q, taus)).sum(axis=1)) / q
-    return dead_time_s + float(bound.min())
+    tau_s = float((-1.0 / poles(den).real).max())
+    step_s = tau_s * (math.log(1.0 / fraction) + 5.0 * len(den)) / INSTANTS
+    outside = np.flatnonzero(np.abs(_remainder(num, den, step_s)) > fraction)
+    return dead_time_s + (step_s * (outside[-1] + 1) if outside.size else 0.0)
+
+
+def _product(polynomials: Sequence[Sequence[float]]) -> tuple[float, ...]:
+    return tuple(float(c) for c in reduce(lambda p, q: np.convolve(p, q), polynomials, np.ones(1)))
+
+
+def _remainder(num: tuple[float, ...], den: tuple[float, ...], step_s: float) -> NDArray[np.float64]:
+    """Return what is left of the step response to its end, relative to it, at instants ``step_s`` apart from 0 s on."""
+    from scipy.linalg import expm
+
+    from identify.discretise import companion
+
+    a, b, taps, _, w0 = companion(num, den)
+    state = np.linalg.solve(a, b)[:, 0]
+    forward, states = expm(a * (w0 * step_s)), np.empty((INSTANTS, state.size))
+    for instant in range(INSTANTS):
+        states[instant] = state
+        state = forward @ state
+    return np.asarray(states @ taps * den[-1] / num[-1], dtype=np.float64)
 
 
 def _check_stable(roots: NDArray[np.complex128]) -> None:

@@ -6,18 +6,22 @@ last bit. ``read_rig`` also takes the JSON of ``rig explain``, whose ``model`` i
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import isfinite
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import yaml
-from pydantic import Field
+from pydantic import Field, Tag
 
 from identify.model import Backlash, LinearF, Model, Physics, Rational
 from rig.errors import FileError, MisfitError, unknown
-from rig.forms import Form, Gain, Seconds, Volts
+from rig.forms import BY_SHAPE, Form, Gain, Seconds, Volts
 from rig.linearblock import check_block
 from rig.units import exact, quantity
 from rig.yamlfile import Document, Keys, parse_json, parse_yaml, read_text
+
+if TYPE_CHECKING:
+    from identify.effects.effect import Effect
 
 Coefficients = Annotated[list[float], Field(min_length=1, max_length=30)]
 Values = Mapping[str, Any]
@@ -25,6 +29,7 @@ Values = Mapping[str, Any]
 BLOCK_KEYS = ("num", "den", "dead_time")
 BORDER_KEYS = ("S_L", "D_L", "S_U", "D_U")
 LINEAR_KEYS = ("gain", "offset")
+PHYSICS_KEYS = ("stage", "form")
 
 
 @dataclass(frozen=True)
@@ -73,7 +78,8 @@ class RigForm(Form):
     spec: Literal[1]
     rig: str = Field(min_length=1)
     G1: BlockForm
-    F: Literal["linear"] | NonlinearityForm
+    F: Annotated[
+        Annotated[Literal["linear"], Tag("plain")] | Annotated[NonlinearityForm, Tag("mapping")], BY_SHAPE]
     G2: BlockForm
     noise: Annotated[Volts, Field(ge=0)] | None = None
     fixed: list[str] = Field(default_factory=list)
@@ -110,7 +116,7 @@ def model_to_dict(model: Model) -> dict[str, Any]:
     if model.fixed:
         built["fixed"] = list(model.fixed)
     if model.physics:
-        built["physics"] = {piece.id: _values_dict(piece) for piece in model.physics}
+        built["physics"] = {piece.id: _piece_dict(piece) for piece in model.physics}
     return built
 
 
@@ -164,18 +170,32 @@ def _physics(document: Document, keys: Keys, pieces: Mapping[str, Values]) -> tu
 
 
 def _piece(document: Document, keys: Keys, name: str, values: Values) -> Physics:
-    """Return one piece of physics; its values are read in the units its effect declares."""
-    declared = parameter_units()
-    if name not in declared:
-        raise FileError(where=document.at(*keys), **unknown("physics", name, list(declared)))
-    units = declared[name]
-    for key in values:
-        if key not in units:
-            raise FileError(where=document.at(*keys, key), **unknown("parameter", key, list(units)))
-    if missing := [key for key in units if key not in values]:
-        first = missing[0]
-        raise document.error(f"the parameter {first!r} is missing", *keys, do=f"add '{first}:' in {units[first]}")
-    return Physics(name, {key: _value(document, (*keys, key), value, units[key]) for key, value in values.items()})
+    """Return one piece of physics; its values are read in the units its effect declares, those not given are absent."""
+    kinds = catalogue()
+    if name not in kinds:
+        raise FileError(where=document.at(*keys), **unknown("physics", name, list(kinds)))
+    kind = kinds[name]
+    stage = _choice(document, keys, values, "stage", [place.label for place in kind.places])
+    form = _choice(document, keys, values, "form", list(kind.forms))
+    units = parameter_units(Physics(name, {}, stage, form))
+    given = {key: value for key, value in values.items() if key not in PHYSICS_KEYS}
+    for key in given:
+        if key.partition("[")[0] not in units:
+            raise FileError(where=document.at(*keys, key), **unknown("parameter", key, [*units, *PHYSICS_KEYS]))
+    if not given:
+        raise document.error("physics without values", *keys, allowed=", ".join(units))
+    read = {key: _value(document, (*keys, key), value, units[key.partition("[")[0]]) for key, value in given.items()}
+    return Physics(name, read, stage, form)
+
+
+def _choice(document: Document, keys: Keys, values: Values, key: str, valid: list[str]) -> str:
+    """Return the word at ``key``, empty when there is none; raise FileError for one that is not ``valid``."""
+    word = values.get(key)
+    if word is None:
+        return ""
+    if word not in valid:
+        raise FileError(where=document.at(*keys, key), **unknown(key, str(word), valid))
+    return str(word)
 
 
 def _value(document: Document, keys: Keys, value: object, unit: str) -> float:
@@ -185,14 +205,18 @@ def _value(document: Document, keys: Keys, value: object, unit: str) -> float:
         raise error.placed(document.at(*keys)) from error
 
 
-def parameter_units() -> dict[str, dict[str, str]]:
-    """Return the SI unit of every parameter of every effect in the catalogue, by id and by its short name."""
-    from identify.effects import catalogue
+def catalogue() -> "dict[str, type[Effect]]":
+    """Return the effects that rig files may name; imported on first use, since most rig files name none."""
+    from identify import effects
 
-    return {
-        name: {parameter.name.rpartition(".")[2]: parameter.unit for parameter in effect.parameters}
-        for name, effect in catalogue().items()
-    }
+    return effects.catalogue()
+
+
+def parameter_units(piece: Physics) -> dict[str, str]:
+    """Return the SI unit of every parameter of ``piece`` at its stage in its form, by the parameter's short name."""
+    from identify.effects import effect_of
+
+    return {parameter.name.rpartition(".")[2]: parameter.unit for parameter in effect_of(piece).parameters()}
 
 
 def _fixed(document: Document, keys: Keys, form: RigForm, physics: tuple[Physics, ...]) -> tuple[str, ...]:
@@ -215,6 +239,9 @@ def _f_dict(f: Backlash | LinearF) -> dict[str, Any]:
     return {"backlash": {"S_L": f.s_l, "D_L": exact(f.d_l_v, "V"), "S_U": f.s_u, "D_U": exact(f.d_u_v, "V")}}
 
 
-def _values_dict(piece: Physics) -> dict[str, Any]:
-    units = parameter_units()[piece.id]
-    return {key: exact(value, units.get(key, "")) for key, value in piece.values.items()}
+def _piece_dict(piece: Physics) -> dict[str, str]:
+    """Return the values of ``piece`` with their units; infinite ones are absent and left out."""
+    units = parameter_units(piece)
+    where = {"stage": piece.stage, "form": piece.form}
+    values = {key: exact(value, units[key.partition("[")[0]]) for key, value in piece.values.items() if isfinite(value)}
+    return {key: word for key, word in where.items() if word} | values

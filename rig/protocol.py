@@ -1,0 +1,162 @@
+"""What does a protocol file ask for: which question, on which rig, within which limits, in which steps?"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, model_validator
+
+import protocols
+from rig.errors import FileError, MisfitError, unknown
+from rig.forms import Form, Rate, Seconds, Volts, VoltsPerSecond
+from rig.rigfile import RigFile, read_rig
+from rig.steps import STIMULI, Count, Stimulus
+from rig.yamlfile import Document, parse_yaml, read_text
+
+STEP_KEYS = ("label", "repeats")
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What the rig can take at its input: levels in V, the slope in V/s where it matters."""
+
+    low_v: float
+    high_v: float
+    slew_v_per_s: float | None = None
+
+
+@dataclass(frozen=True)
+class ProtocolStep:
+    """One stimulus, played ``repeats`` times in a row; ``where`` is its file, line and key."""
+
+    label: str
+    stimulus: Stimulus
+    repeats: int
+    where: str
+
+
+@dataclass(frozen=True)
+class Protocol:
+    """A protocol as its file describes it. ``rig`` is the file it names, ``device`` an address; both may be absent."""
+
+    title: str
+    question: str
+    path: str
+    text: str
+    limits: Limits
+    rate_hz: float
+    steps: tuple[ProtocolStep, ...]
+    repeats: int = 1
+    safe_level_v: float = 0.0
+    ramp_s: float = 0.1
+    rig_path: str | None = None
+    rig: RigFile | None = None
+    device: str | None = None
+
+
+class LimitsForm(Form):
+    """``level`` on both sides of 0 V, or ``low`` and ``high``."""
+
+    level: Annotated[Volts, Field(gt=0)] | None = None
+    low: Volts | None = None
+    high: Volts | None = None
+    slew: VoltsPerSecond | None = None
+
+    @model_validator(mode="after")
+    def _one_way(self) -> "LimitsForm":
+        sides = (self.low is not None, self.high is not None)
+        if (self.level is None) == (not any(sides)) or any(sides) != all(sides):
+            raise MisfitError("limits are given in one of two ways", allowed="level, or low and high")
+        if self.low is not None and self.high is not None and self.low >= self.high:
+            raise MisfitError("the limits are exchanged", value=f"low {self.low:g} V, high {self.high:g} V")
+        return self
+
+    def limits(self) -> Limits:
+        """Return the limits as low and high."""
+        if self.low is not None and self.high is not None:
+            return Limits(self.low, self.high, self.slew)
+        assert self.level is not None
+        return Limits(-self.level, self.level, self.slew)
+
+
+class AcquisitionForm(Form):
+    """The sample clock: in Hz, or so many times a stimulus frequency (``628 x 0.01 rad/s``)."""
+
+    rate: Rate
+
+
+class ProtocolForm(Form):
+    """The top of a protocol file; its steps are read one by one."""
+
+    spec: Literal[1]
+    title: str = Field(min_length=1)
+    question: str = Field(min_length=1)
+    limits: LimitsForm
+    acquisition: AcquisitionForm
+    steps: list[Any]
+    rig: str | None = None
+    device: str | None = None
+    repeats: Count = 1
+    safe_level: Volts = 0.0
+    ramp: Seconds = 0.1
+
+
+class StepForm(Form):
+    """What every step may say beside its stimulus."""
+
+    label: str | None = Field(default=None, min_length=1, max_length=80)
+    repeats: Count = 1
+
+
+def read_protocol(path: str | Path) -> Protocol:
+    """Return the protocol in the YAML file at ``path``; raise FileError."""
+    return parse_protocol(read_text(Path(path)), str(path))
+
+
+def parse_protocol(text: str, where: str) -> Protocol:
+    """Return the protocol in ``text``; ``where`` is its path, which the rig it names stands by; raise FileError."""
+    document = parse_yaml(text, where)
+    if document.data is None:
+        raise document.error("the file is empty", do="a protocol starts with 'spec: 1'")
+    form = ProtocolForm.read(document)
+    rig_path = None if form.rig is None else _find_rig(document, form.rig)
+    return Protocol(
+        title=form.title, question=form.question, path=where, text=text, limits=form.limits.limits(),
+        rate_hz=form.acquisition.rate, steps=_steps(document, form.steps), repeats=form.repeats,
+        safe_level_v=form.safe_level, ramp_s=form.ramp, rig_path=None if rig_path is None else str(rig_path),
+        rig=None if rig_path is None else read_rig(rig_path), device=form.device,
+    )
+
+
+def _find_rig(document: Document, name: str) -> Path:
+    """Return the rig file ``name``, beside the protocol or among those installed."""
+    for candidate in (Path(document.where).parent / name, Path(protocols.__path__[0]) / name):
+        if candidate.is_file():
+            return candidate
+    raise document.error("no such rig file", "rig", value=name, do="give its path as seen from this protocol")
+
+
+def _steps(document: Document, steps: list[Any]) -> tuple[ProtocolStep, ...]:
+    if not steps:
+        raise document.error("there is nothing to play", "steps", allowed="at least one step")
+    return tuple(_step(document, index, step) for index, step in enumerate(steps))
+
+
+def _step(document: Document, index: int, step: object) -> ProtocolStep:
+    """Return one step: a mapping with one stimulus, and perhaps a label and repeats."""
+    if not isinstance(step, dict):
+        raise document.error("a step is a mapping", "steps", index, value=repr(step), allowed=", ".join(STIMULI))
+    for key in step:
+        if key not in STIMULI and key not in STEP_KEYS:
+            raise FileError(where=document.at("steps", index, key), **unknown("key", key, [*STIMULI, *STEP_KEYS]))
+    kinds = [key for key in step if key in STIMULI]
+    if len(kinds) != 1:
+        raise document.error("a step has one stimulus", "steps", index, value=" and ".join(kinds) or "none",
+                             allowed=", ".join(STIMULI), do="start a new step with '-'")
+    return _whole_step(document, index, kinds[0], {key: step[key] for key in STEP_KEYS if key in step})
+
+
+def _whole_step(document: Document, index: int, kind: str, beside: dict[str, Any]) -> ProtocolStep:
+    stimulus = STIMULI[kind].read(document, "steps", index, kind)
+    form = StepForm.of(document, ("steps", index), beside)
+    return ProtocolStep(form.label or stimulus.title(), stimulus, form.repeats, document.at("steps", index, kind))
