@@ -12,11 +12,12 @@ from numba import njit
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Coefficients = tuple[float, ...]
 
 
 @dataclass(frozen=True)
 class Grid:
-    """The sub-steps of one run: ``samples`` DAC updates of ``substeps`` sub-steps each, from ``start_s`` on the clock."""
+    """The sub-steps of one run: ``samples`` DAC updates of ``substeps`` sub-steps, from ``start_s`` on the clock."""
 
     rate_hz: float
     samples: int
@@ -49,7 +50,7 @@ def between(nodes: Array) -> Array:
     return 0.5 * (nodes[1:] + nodes[:-1])
 
 
-def linear_block(drive: Array, num: tuple[float, ...], den: tuple[float, ...], step_s: float, rest: float = 0.0) -> Array:
+def linear_block(drive: Array, num: Coefficients, den: Coefficients, step_s: float, rest: float = 0.0) -> Array:
     """Return the output at the nodes of num(s)/den(s), descending powers, that was settled under the drive ``rest``.
 
     ``drive`` is the mean input of every sub-step, shape (nodes - 1,). Raises ValueError unless num/den is strictly
@@ -65,7 +66,7 @@ def linear_block(drive: Array, num: tuple[float, ...], den: tuple[float, ...], s
     return _trapezoid(drive, advance, push, outlet, settled)
 
 
-def _companion(num: tuple[float, ...], den: tuple[float, ...], step_s: float) -> tuple[Array, Array, Array]:
+def _companion(num: Coefficients, den: Coefficients, step_s: float) -> tuple[Array, Array, Array]:
     """Return A, b, c of the controllable form in units of the sub-step, where all entries are of order one."""
     order = len(den) - 1
     powers = np.arange(order, -1, -1)
@@ -111,10 +112,7 @@ def play(lower, upper, start_v, keep, climb_v):  # type: ignore[no-untyped-def] 
     for n in range(lower.size):
         if n > 0:
             level = level * keep + climb_v
-        if level < lower[n]:
-            level = lower[n]
-        if level > upper[n]:
-            level = upper[n]
+        level = min(max(level, lower[n]), upper[n])
         w[n] = level
     return w
 

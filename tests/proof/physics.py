@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from scipy.special import wrightomega
 
 from tests.proof.integrator import Array, Grid, between, linear_block, play, read_at, slewed
 from tests.proof.rigs import Rig
@@ -71,6 +72,16 @@ def soft_saturation_upper(w: Array, scene: Scene) -> Array:
 def soft_saturation_lower(w: Array, scene: Scene) -> Array:
     """Compress only negative w."""
     return np.where(w < 0.0, soft_saturation(w, scene), w)
+
+
+def diode_clamp(w: Array, scene: Scene) -> Array:
+    """Load positive w by a chain of diodes behind a resistor: w = w' + drop (exp(w' / knee) - 1), all in V.
+
+    Solved by Wright's omega, omega + ln(omega) = z.
+    """
+    drop, knee = scene.values["drop"], scene.values["knee"]
+    clamped = w + drop - knee * wrightomega(np.log(drop / knee) + (w + drop) / knee)
+    return np.where(w > 0.0, clamped, w)
 
 
 def leak(v: Array, scene: Scene) -> Array:
@@ -147,11 +158,11 @@ def hum_at_v(v: Array, scene: Scene) -> Array:
 
 
 def _line(clock_s: Array, scene: Scene) -> Array:
-    """Return amplitude * (fundamental + third * 3rd + fifth * 5th harmonic), phases from the case's seed."""
+    """Return the fundamental, third and fifth harmonic: amplitudes in V, phases from the case's seed."""
     phases = scene.rng.uniform(0.0, 2.0 * np.pi, 3)
     turn = 2.0 * np.pi * scene.values["frequency"] * clock_s
-    parts = zip((1.0, scene.values["third"], scene.values["fifth"]), (1, 3, 5), phases, strict=True)
-    return scene.values["amplitude"] * sum(size * np.sin(n * turn + phase) for size, n, phase in parts)
+    sizes_v = (scene.values["amplitude"], scene.values["third"], scene.values["fifth"])
+    return sum(a * np.sin(n * turn + phase) for a, n, phase in zip(sizes_v, (1, 3, 5), phases, strict=True))
 
 
 def offset_drift(y: Array, scene: Scene) -> Array:
@@ -195,6 +206,7 @@ WHERE: dict[str, tuple[Place, Change]] = {
     "soft_saturation": ("w", soft_saturation),
     "soft_saturation, upper": ("w", soft_saturation_upper),
     "soft_saturation, lower": ("w", soft_saturation_lower),
+    "diode_clamp": ("w", diode_clamp),
     "slew_limit": ("w", slew_limit),
     "absorption": ("w", absorption),
     "extra_pole in G2": ("x", extra_pole),

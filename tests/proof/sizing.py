@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tests.proof.bench import PAUSE_S, SUBSTEPS, answer, schedule
+from tests.proof.bench import SUBSTEPS, answer, schedule
 from tests.proof.cases import Case
 from tests.proof.integrator import Array, Grid
 from tests.proof.rigs import Rig
@@ -47,12 +47,13 @@ Data = list[tuple[Stimulus, Array]]
 def refitted(start: Rig, data: Data) -> Rig:
     """Return the plain rig closest to the data in the least-squares sense."""
     theta, damping = np.zeros(_free(start)), 1e-6
-    residual = _residual(start, data)
+    residual, idle = _residual(start, data), 0
     for _ in range(STEPS):
-        slopes = np.stack([(_residual(_moved(start, theta + d), data) - residual) for d in DIFFERENCE * np.eye(theta.size)])
-        slopes /= DIFFERENCE
+        varied = (_moved(start, theta + shift) for shift in DIFFERENCE * np.eye(theta.size))
+        slopes = np.stack([_residual(rig, data) - residual for rig in varied]) / DIFFERENCE
         theta, residual, damping, gain = _step(start, data, (theta, residual, damping), slopes)
-        if gain < NEGLIGIBLE:
+        idle = idle + 1 if gain < NEGLIGIBLE else 0
+        if idle == 3:
             break
     return _moved(start, theta)
 

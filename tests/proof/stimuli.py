@@ -71,8 +71,9 @@ def _repeated(name: str, kind: str, once: Array, repeats: int) -> Stimulus:
 def training() -> tuple[Stimulus, ...]:
     """Return the runs a model may be fitted to: 14.3 s.
 
-    Two step sizes and two hold times; a walk that meets +-10 V rails and one that does not; two amplitudes at 10 Hz; one
-    sine on the mains frequency and two off its multiples; the last (2 V < d) leaves the gap stuck and moves only what bypasses it.
+    Two step sizes and two hold times; a walk that meets the rails and one that does not; two amplitudes at 10 Hz; one
+    sine on the mains frequency and two off its multiples; the last (2 V < d) leaves the gap stuck and moves only what
+    bypasses it.
     """
     return (
         staircase("staircase", FIG13_LEVELS_V, 0.10, 2),
