@@ -1,0 +1,143 @@
+"""How does the host talk over a serial port that may lose bytes, fall silent or be pulled?"""
+
+import itertools
+import os
+import time
+from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import final
+
+import serial
+
+from drivers.framing import Frame, FrameReader, encode
+from drivers.serial_messages import Kind
+from rig.errors import DeviceError
+
+READ_S, REPLY_S, WRITE_S, QUIET_S = 0.01, 0.5, 2.0, 0.05
+TRIES = 3
+
+
+@final
+class SerialLink:
+    """Frames over a serial port of one's own.
+
+    After a time-out the link is dirty: it is emptied, and the device is asked who it is, before the next command.
+    """
+
+    def __init__(self, port: str, baud: int) -> None:
+        """Open ``port`` and lock out others; raise DeviceError when that fails."""
+        self.port, self.bytes_per_s = port, baud / 10
+        with _told(port):
+            self._port = serial.Serial(port, baud, timeout=READ_S, write_timeout=WRITE_S, exclusive=True)
+        self._reader = FrameReader()
+        self._inbox: deque[Frame] = deque()
+        self._numbers = itertools.count(int.from_bytes(os.urandom(3), "little"))
+        self._dirty = False
+        self._who: str | None = None
+
+    def introduce(self, patience_s: float) -> str:
+        """Return the reply to ``ID?``, asked until ``patience_s`` are over; raise DeviceError when none comes."""
+        self._who = self._ask("ID?", tries=max(1, round(patience_s / REPLY_S)))
+        return self._who
+
+    def ask(self, command: str) -> str:
+        """Return the reply to ``command``, without its OK; raise DeviceError when there is none or it is a refusal."""
+        if self._dirty:
+            self._clean()
+        return self._ask(command, TRIES)
+
+    def send(self, frame: Frame) -> None:
+        """Send ``frame``; raise DeviceError when the port takes nothing or is gone."""
+        with _told(self.port):
+            self._port.write(encode(frame))
+
+    def receive(self) -> list[Frame]:
+        """Return the frames that arrived, but for replies; wait ``READ_S`` when there are none."""
+        if not self._inbox:
+            self._read()
+        frames = [frame for frame in self._inbox if frame.kind != Kind.REPLY]
+        self._inbox.clear()
+        return frames
+
+    def forget(self) -> None:
+        """Drop the frames not yet received."""
+        self._inbox.clear()
+
+    def close(self) -> None:
+        """Release the port."""
+        self._port.close()
+
+    def _ask(self, command: str, tries: int) -> str:
+        """Send ``command`` up to ``tries`` times under one number, so that it is done once; return its reply."""
+        number = next(self._numbers) % 2**32
+        for _ in range(tries):
+            self.send(Frame(Kind.COMMAND, number, command.encode("ascii")))
+            reply = self._reply(number)
+            if reply is not None:
+                return self._accepted(command, reply)
+        self._dirty = True
+        raise DeviceError("no answer", where=self.port, value=f"to {command!r} in {tries * REPLY_S:g} s",
+                          do="check that this is the device's port, and its baud rate; then replug it")
+
+    def _reply(self, number: int) -> str | None:
+        """Return the text of the reply ``number``, None when it does not come in time; keep all other frames."""
+        deadline = time.monotonic() + REPLY_S
+        while time.monotonic() < deadline:
+            for frame in self._read():
+                if frame.kind == Kind.REPLY and frame.number == number:
+                    return frame.payload.decode("ascii", "replace")
+        return None
+
+    def _accepted(self, command: str, reply: str) -> str:
+        """Return what follows the OK."""
+        first, _, rest = reply.partition("\n")
+        if first != "OK":
+            raise DeviceError("the device refused", where=self.port, value=f"{command!r}: {first}")
+        return rest
+
+    def _clean(self) -> None:
+        """Empty the link and make sure that the same device is still there; raise DeviceError when it is not."""
+        deadline = time.monotonic() + REPLY_S
+        quiet_s = time.monotonic()
+        while time.monotonic() < min(deadline, quiet_s + QUIET_S):
+            if self._read():
+                quiet_s = time.monotonic()
+        self._reader.clear()
+        self._inbox.clear()
+        who = self._ask("ID?", TRIES)
+        if self._who is not None and who != self._who:
+            raise DeviceError("another device answers", where=self.port, value=repr(who), allowed=repr(self._who))
+        self._dirty = False
+
+    def _read(self) -> list[Frame]:
+        """Return the frames that arrived now, and put them into the inbox."""
+        with _told(self.port):
+            frames = self._reader.feed(self._port.read(max(1, self._port.in_waiting)))
+        self._inbox.extend(frames)
+        return frames
+
+
+@contextmanager
+def _told(port: str) -> Iterator[None]:
+    """Turn what goes wrong with a port into a DeviceError that says what to do."""
+    try:
+        yield
+    except serial.SerialTimeoutException as error:
+        raise DeviceError("the device takes no more data", where=port, do="replug it") from error
+    except (OSError, TypeError, ValueError) as error:
+        raise DeviceError(_problem(error), where=port, value=str(error), do=_advice(port)) from error
+
+
+def _problem(error: Exception) -> str:
+    """Return what is wrong with the port."""
+    return "the port cannot be opened" if "could not" in str(error) else "the link to the device is gone"
+
+
+def _advice(port: str) -> str:
+    """Return what to do about a port that fails."""
+    if not os.path.exists(port):
+        return "plug the device in, or see `rig devices` for the ports there are"
+    if not os.access(port, os.R_OK | os.W_OK):
+        return "you may not use this port: join the group that owns it (on most systems `dialout`)"
+    return "close the program that holds the port, or replug the device"

@@ -1,0 +1,159 @@
+"""Which samples has a run still to send, which has it received, and which must be asked for again?
+
+No input or output here: what arrives is told, and what is to be sent is asked for, with the time as an argument.
+"""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.converter import Codes
+from drivers.framing import Frame
+from drivers.serial_messages import (
+    SAMPLES_PER_FRAME,
+    Condition,
+    Kind,
+    Status,
+    pack_codes,
+    pack_range,
+)
+from rig.device import Flag
+
+REPEAT_S = 0.15
+"""Wait before what was sent, or asked for, is sent or asked for again."""
+REQUESTS = 6
+"""How often a lost sample is asked for before it is given up."""
+FRAMES_AT_ONCE = 8
+
+UNKNOWN, HERE, OVERRUN, LINK_LOSS = 0, 1, 2, 3
+_FLAG = {HERE: Flag.NONE, OVERRUN: Flag.OVERRUN, LINK_LOSS: Flag.LINK_LOSS}
+
+
+@final
+class Outgoing:
+    """Keeps the device's output FIFO ahead. ``window`` is the most samples under way without being acknowledged."""
+
+    def __init__(self, codes: Codes, bits: int, fifo: int, window: int) -> None:
+        """Start with nothing sent."""
+        self._codes, self._bits, self._fifo = codes, bits, fifo
+        self._window = max(window, SAMPLES_PER_FRAME)
+        self._next = self._accepted = self._played = 0
+        self._progress_s = 0.0
+
+    @property
+    def filled(self) -> bool:
+        """Return whether the device has all it can take before its clock starts."""
+        return self._accepted >= min(self._codes.size, self._fifo)
+
+    def heard(self, status: Status, now_s: float) -> None:
+        """Note what the device took; go back to where it stopped following."""
+        advanced = status.accepted > self._accepted
+        self._accepted, self._played = max(self._accepted, status.accepted), max(self._played, status.played)
+        if advanced or self._next == self._accepted:
+            self._progress_s = now_s
+        elif status.condition & Condition.GAP or now_s - self._progress_s > REPEAT_S:
+            self._next, self._progress_s = self._accepted, now_s
+
+    def due(self) -> list[Frame]:
+        """Return the next frames of samples that fit the FIFO and the window, a few at a time."""
+        frames: list[Frame] = []
+        stop = min(self._codes.size, self._played + self._fifo, self._accepted + self._window)
+        while self._next < stop and len(frames) < FRAMES_AT_ONCE:
+            last = min(self._next + SAMPLES_PER_FRAME, stop)
+            if last - self._next < SAMPLES_PER_FRAME // 2 and last < self._codes.size and self._played:
+                break
+            frames.append(Frame(Kind.OUTPUT, self._next, pack_codes(self._codes[self._next:last], self._bits)))
+            self._next = last
+        return frames
+
+
+@dataclass
+class _Request:
+    """Samples asked for again from ``start`` on: how often, and when last."""
+
+    start: int = -1
+    count: int = 0
+    asked_s: float = 0.0
+
+
+@final
+class Incoming:
+    """Every sample of a run: not known yet, here, or lost and why."""
+
+    def __init__(self, total: int) -> None:
+        """Start with nothing received."""
+        self._codes = np.zeros(total, dtype=np.int32)
+        self._state = np.zeros(total, dtype=np.uint8)
+        self._next = self._sent = 0
+        self._request = _Request()
+
+    @property
+    def settled(self) -> bool:
+        """Return whether no sample is awaited of those the device sent so far."""
+        return self._first_unknown() >= self._sent
+
+    def add(self, start: int, codes: Codes) -> int:
+        """Note samples that arrived; return how many of them are new. Raise ValueError when they are not of this run."""
+        fresh = self._mark(start, start + codes.size, HERE)
+        self._codes[start:start + codes.size][fresh] = codes[fresh]
+        return int(fresh.sum())
+
+    def lost(self, start: int, stop: int, cause: int) -> None:
+        """Note that the samples [start, stop) will not come; raise ValueError for another run's."""
+        self._mark(start, stop, cause)
+
+    def sent(self, until: int) -> None:
+        """Note that the device sent, or skipped, all samples before ``until``."""
+        self._sent = min(max(self._sent, until), self._state.size)
+
+    def take(self) -> tuple[int, Codes, Flag] | None:
+        """Return (first number, codes, what happened before it) of the next samples, None when they are not there.
+
+        Codes are empty at the end of a run whose last samples are lost.
+        """
+        at, flags = self._next, Flag.NONE
+        while at < self._sent and self._state[at] != UNKNOWN:
+            stop, here = self._end(at), self._state[at] == HERE
+            flags |= _FLAG[int(self._state[at])]
+            if here or stop == self._state.size:
+                self._next, start = stop, at if here else stop
+                return start, self._codes[start:stop], flags
+            at = stop
+        return None
+
+    def wanted(self, now_s: float) -> list[Frame]:
+        """Return the request for the first samples missing, when there are any and it is time to ask (again)."""
+        start = self._first_unknown()
+        if start >= self._sent:
+            return []
+        stop, request = self._end(start), self._request
+        if request.start != start:
+            request = self._request = _Request(start)
+        elif now_s - request.asked_s < REPEAT_S:
+            return []
+        if request.count >= REQUESTS:
+            self.lost(start, stop, LINK_LOSS)
+            return []
+        request.count, request.asked_s = request.count + 1, now_s
+        return [Frame(Kind.AGAIN, start, pack_range(start, stop))]
+
+    def _first_unknown(self) -> int:
+        """Return the first sample not known in what was sent, or the end of it."""
+        unknown = self._state[self._next:self._sent] == UNKNOWN
+        return self._next + int(unknown.argmax()) if unknown.any() else self._sent
+
+    def _mark(self, start: int, stop: int, state: int) -> NDArray[np.bool_]:
+        """Give the unknown ones of the samples [start, stop) their state; return which these were."""
+        if not 0 <= start <= stop <= self._state.size:
+            raise ValueError(f"samples {start} to {stop} are not of this run")
+        fresh: NDArray[np.bool_] = self._state[start:stop] == UNKNOWN
+        self._state[start:stop][fresh] = state
+        self.sent(stop)
+        return fresh
+
+    def _end(self, start: int) -> int:
+        """Return where the samples like the one at ``start`` end, within what was sent."""
+        other = self._state[start:self._sent] != self._state[start]
+        return start + int(other.argmax()) if other.any() else self._sent
