@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,7 +49,10 @@ def settling_time_s(blocks: Sequence[Coefficients], dead_time_s: float, fraction
 
 
 def _product(polynomials: Sequence[Sequence[float]]) -> tuple[float, ...]:
-    return tuple(float(c) for c in reduce(lambda p, q: np.convolve(p, q), polynomials, np.ones(1)))
+    product = np.ones(1)
+    for polynomial in polynomials:
+        product = np.convolve(product, polynomial)
+    return tuple(product.tolist())
 
 
 def _remainder(num: tuple[float, ...], den: tuple[float, ...], step_s: float) -> NDArray[np.float64]:

@@ -1,0 +1,133 @@
+"""What is known of one run: the samples, which of them are there, what was asked for, and who recorded it?"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.trace import Array, Intersample, Step, Trace, frozen_array
+from rig.errors import FileError
+
+Ledger = NDArray[np.uint8]
+Initial = Literal["rest", "in_motion"]
+
+
+class Entry(IntEnum):
+    """What the ledger says of one sample of y."""
+
+    NOT_RECEIVED = 0
+    RECORDED = 1
+    LOST = 2
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened in a run: samples [start, stop) it concerns, equal when it is a moment."""
+
+    kind: str
+    text: str
+    start: int
+    stop: int
+
+
+@dataclass(frozen=True)
+class Equipment:
+    """The device a run was recorded with, as it said itself, and its settings as read back."""
+
+    address: str
+    model: str = ""
+    serial: str = ""
+    firmware: str = ""
+    settings: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where a recording comes from: device, program versions, the source's commit, the host's clock in UTC.
+
+    ``finished`` is empty while a run is being recorded, and for ever when the program was killed in it.
+    """
+
+    equipment: Equipment
+    software: Mapping[str, str] = field(default_factory=dict)
+    git_commit: str = ""
+    started: str = ""
+    finished: str = ""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One run. ``u`` is what the output was told, ``u_measured`` a channel that read it back; V, shape (N,) as ``y``.
+
+    y[k] is read at start_s + k / rate_hz, just before u[k] acts. ``ledger`` (N,) holds an ``Entry`` for every sample
+    of y, which is NaN where nothing was recorded. ``initial`` says whether the rig was at rest before the first sample.
+    """
+
+    name: str
+    rate_hz: float
+    u: Array
+    y: Array
+    ledger: Ledger
+    origin: Origin
+    u_measured: Array | None = None
+    intersample: Intersample = "held"
+    start_s: float = 0.0
+    initial: Initial = "rest"
+    title: str = ""
+    question: str = ""
+    protocol_text: str = ""
+    rig_text: str = ""
+    complete: bool = True
+    reason: str = ""
+    steps: tuple[Step, ...] = ()
+    events: tuple[Event, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays; raise ValueError for what cannot be a recording."""
+        signals = {"u": self.u, "y": self.y} | ({} if self.u_measured is None else {"u_measured": self.u_measured})
+        for key, values in signals.items():
+            object.__setattr__(self, key, frozen_array(values))
+        ledger = np.asarray(self.ledger, dtype=np.uint8).view()
+        ledger.flags.writeable = False
+        object.__setattr__(self, "ledger", ledger)
+        sizes = {key: np.size(values) for key, values in (signals | {"ledger": self.ledger}).items()}
+        if len(set(sizes.values())) > 1 or self.u.size == 0:
+            raise ValueError(f"signals of {sizes} samples; all must be equal and above 0")
+        if not (np.isfinite(self.rate_hz) and self.rate_hz > 0):
+            raise ValueError(f"sample rate of {self.rate_hz} Hz; it must be above 0 Hz")
+        if not (np.isfinite(self.u).all() and np.isfinite(self.y[self.ledger == Entry.RECORDED]).all()):
+            raise ValueError("a recorded sample is not a finite number")
+
+    def count(self, entry: Entry) -> int:
+        """Return how many samples the ledger has under ``entry``; over all entries they add up to N."""
+        return int(np.count_nonzero(self.ledger == entry))
+
+    def trace(self) -> Trace:
+        """Return what identification sees: up to the last sample recorded, lost ones bridged and marked not valid.
+
+        Raises FileError when nothing was recorded.
+        """
+        there = np.flatnonzero(self.ledger == Entry.RECORDED)
+        if there.size == 0:
+            raise FileError("no sample was recorded", where=self.name, value=self.reason or None, do="record it again")
+        size = int(there[-1]) + 1
+        valid = self.ledger[:size] == Entry.RECORDED
+        y = self.y[:size] if valid.all() else np.interp(np.arange(size), there, self.y[there])
+        return Trace(
+            name=self.name, rate_hz=self.rate_hz, u=self.u[:size], y=y, intersample=self.intersample,
+            start_s=self.start_s, steps=self._steps_until(size), valid=None if valid.all() else valid,
+            from_rest=self.initial == "rest",
+        )
+
+    def _steps_until(self, size: int) -> tuple[Step, ...]:
+        """Return the steps that began before ``size``, the last one ending there."""
+        return tuple(Step(step.label, step.kind, step.start, min(step.stop, size), step.repeat)
+                     for step in self.steps if step.start < size)
+
+
+def complete_ledger(size: int) -> Ledger:
+    """Return the ledger of ``size`` samples that are all there."""
+    return np.full(size, Entry.RECORDED, dtype=np.uint8)

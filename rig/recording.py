@@ -1,0 +1,181 @@
+"""How is a run kept in a file that survives a killed process, and is any damage to it found?
+
+HDF5, readable by plain h5py, MATLAB and HDFView: datasets ``u``, ``y``, ``ledger`` and perhaps ``u_measured``, tables
+``steps`` and ``events``, texts ``protocol`` and ``rig``, everything else as attributes. While a run is being recorded
+only sample values are written, in place, into a file whose structure was finished before: whenever the process dies,
+the file opens. The finished recording replaces it in one move, with a SHA-256 on every dataset and on the attributes.
+"""
+
+import os
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from types import TracebackType
+from typing import Protocol, Self
+
+import h5py
+import numpy as np
+
+from identify.trace import Array, Step
+from rig.errors import FileError
+from rig.plan import Plan
+from rig.provenance import git_commit, now, software
+from rig.recorded import Entry, Equipment, Event, Origin, Recording
+from rig.recordingfile import SCHEMA, ForeignError, load, store
+
+__all__ = ["Entry", "Equipment", "Event", "Origin", "Recording", "Writer", "read", "write"]
+
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+DAMAGE = (OSError, RuntimeError, KeyError, ValueError, TypeError, AttributeError, IndexError, MemoryError)
+
+
+def read(path: str | Path) -> Recording:
+    """Return the recording at ``path``; raise FileError for anything else, and for any damage to it."""
+    path = Path(path)
+    _check_kind(path)
+    try:
+        with h5py.File(path, "r") as file:
+            return load(file, path.stem)
+    except ForeignError as error:
+        raise FileError("not a recording of this program", where=str(path), value=str(error), allowed=SCHEMA,
+                        do="bring it in with 'rig import'") from error
+    except BlockingIOError as error:
+        raise FileError("the recording is still being written", where=str(path),
+                        do="wait for the run to end") from error
+    except DAMAGE as error:
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        raise FileError("damaged or truncated recording", where=str(path), value=reason,
+                        do="use a copy of it, or record again") from error
+
+
+def write(path: str | Path, recording: Recording, overwrite: bool = False) -> None:
+    """Write a finished recording in one move: the file at ``path`` is the old one or the new one, never half of it.
+
+    Raises FileError when it cannot be written, or exists and is not to be overwritten.
+    """
+    path = _free(path, overwrite)
+    part = path.with_name(f"{path.name}.part")
+    try:
+        store(part, recording)
+        with part.open("rb") as file:
+            os.fsync(file.fileno())
+        part.replace(path)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise FileError("cannot be written", where=str(path), value=_reason(error)) from error
+
+
+def _check_kind(path: Path) -> None:
+    """Raise FileError unless there is a file at ``path`` that begins as HDF5 does."""
+    if not path.is_file():
+        raise FileError("no such recording" if not path.exists() else "not a file", where=str(path))
+    with path.open("rb") as file:
+        head = file.read(len(SIGNATURE))
+    if not head:
+        raise FileError("the recording is empty", where=str(path), value="0 bytes", do="record it again")
+    if head != SIGNATURE:
+        raise FileError("not an HDF5 file", where=str(path), do="bring tables in with 'rig import'")
+
+
+def _free(path: str | Path, overwrite: bool) -> Path:
+    """Return ``path`` where a recording may be put; raise FileError when one is there."""
+    path = Path(path)
+    if path.exists() and not overwrite:
+        raise FileError("there is a file of this name already", where=str(path), do="choose another name or remove it")
+    return path
+
+
+class EventLike(Protocol):
+    """What ``Writer.finish`` needs to know of an event."""
+
+    @property
+    def kind(self) -> str: ...
+    @property
+    def text(self) -> str: ...
+    @property
+    def start(self) -> int: ...
+    @property
+    def stop(self) -> int: ...
+
+
+class Writer:
+    """Records one run into the file at ``path`` while it goes on; the space is reserved before anything is played."""
+
+    def __init__(
+        self, path: str | Path, plan: Plan, equipment: Equipment, u: Array | None = None, overwrite: bool = False,
+    ) -> None:
+        """Create the file; ``u`` is what the DAC puts out where that is rounded from the plan's.
+
+        Raises FileError when it cannot be made, or exists and is not to be overwritten.
+        """
+        self.path = _free(path, overwrite)
+        self._begun = _begun(self.path, plan, equipment, plan.u if u is None else u)
+        self._position = 0
+        try:
+            store(self.path, self._begun)
+            self._file = h5py.File(self.path, "r+")
+        except OSError as error:
+            raise FileError("no recording can be made there", where=str(path), value=_reason(error)) from error
+        self._y, self._ledger = self._file["y"], self._file["ledger"]
+
+    def append(self, start: int, y: Array) -> None:
+        """Store ``y`` (V) as the samples from index ``start`` on; those skipped since the last call are lost.
+
+        Raises ValueError for samples that do not follow. On return they are with the operating system.
+        """
+        stop = start + len(y)
+        if not self._position <= start <= stop <= self._y.shape[0]:
+            raise ValueError(f"samples {start} to {stop} do not follow {self._position} of {self._y.shape[0]}")
+        self._y[start:stop] = y
+        self._file.flush()
+        self._ledger[self._position:start] = Entry.LOST
+        self._ledger[start:stop] = Entry.RECORDED
+        self._file.flush()
+        self._position = stop
+
+    def finish(self, complete: bool, reason: str, events: Iterable[EventLike] = ()) -> Recording:
+        """Close the run and return it; ``lost`` events without samples after them are entered in the ledger.
+
+        Raises FileError when the finished file cannot be written; what was recorded stays readable.
+        """
+        happened = tuple(Event(event.kind, event.text, event.start, event.stop) for event in events)
+        ledger, y = self._ledger[:], self._y[:]
+        self.close()
+        for event in happened:
+            if event.kind == "lost":
+                stretch = ledger[event.start:event.stop]
+                stretch[stretch == Entry.NOT_RECEIVED] = Entry.LOST
+        finished = replace(self._begun, y=y, ledger=ledger, complete=complete, reason=reason, events=happened,
+                           origin=replace(self._begun.origin, finished=now()))
+        write(self.path, finished, overwrite=True)
+        return finished
+
+    def close(self) -> None:
+        """Let go of the file as it stands; harmless when it was finished."""
+        self._file.close()
+
+    def __enter__(self) -> Self:
+        """Return the writer itself."""
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None,
+                 ) -> None:
+        """Close the file; a run that was not finished stays readable as far as it went."""
+        self.close()
+
+
+def _begun(path: Path, plan: Plan, equipment: Equipment, u: Array) -> Recording:
+    """Return the recording of a run of which nothing was received yet."""
+    origin = Origin(equipment, software(), git_commit(), started=now())
+    return Recording(
+        name=path.stem, rate_hz=plan.rate_hz, u=u, y=np.full(u.size, np.nan),
+        ledger=np.full(u.size, Entry.NOT_RECEIVED, dtype=np.uint8), origin=origin, title=plan.title,
+        question=plan.question, protocol_text=plan.protocol_text, rig_text=plan.rig_text, complete=False,
+        reason="the program ended before the run did",
+        steps=tuple(Step(s.label, s.kind, s.start, s.stop, s.repeat) for s in plan.steps),
+    )
+
+
+def _reason(error: OSError) -> str:
+    return error.strerror or str(error).splitlines()[0]
+
