@@ -95,7 +95,7 @@ class Incoming:
         return self._first_unknown() >= self._sent
 
     def add(self, start: int, codes: Codes) -> int:
-        """Note samples that arrived; return how many of them are new. Raise ValueError when they are not of this run."""
+        """Note samples that arrived; return how many of them are new. Raise ValueError for another run's."""
         fresh = self._mark(start, start + codes.size, HERE)
         self._codes[start:start + codes.size][fresh] = codes[fresh]
         return int(fresh.sum())
