@@ -14,7 +14,7 @@ from tests.proof.integrator import Array, Grid
 from tests.proof.rigs import Rig
 from tests.proof.stimuli import Stimulus
 
-COARSE = 2  # sub-steps of the refit: their error is a hundredth of the noise (tests/unit/proof/test_accuracy.py)
+COARSE = 1  # sub-steps of the refit: their error is a twentieth of the noise (tests/unit/proof/test_accuracy.py)
 DIFFERENCE = 1e-5
 STEPS = 40
 NEGLIGIBLE = 2e-3  # share of the cost
@@ -53,7 +53,7 @@ def refitted(start: Rig, data: Data) -> Rig:
         slopes = np.stack([_residual(rig, data) - residual for rig in varied]) / DIFFERENCE
         theta, residual, damping, gain = _step(start, data, (theta, residual, damping), slopes)
         idle = idle + 1 if gain < NEGLIGIBLE else 0
-        if idle == 3:
+        if idle == 2:
             break
     return _moved(start, theta)
 

@@ -1,0 +1,43 @@
+"""Does the trial bench share no code with the product it puts on trial?"""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+import tests.proof
+
+PRODUCT = {"identify", "rig", "drivers", "protocols"}
+BENCH = sorted(p for p in Path(tests.proof.__file__).parent.glob("**/*.py") if not p.name.startswith("test_"))
+
+
+def _imported(source: str) -> set[str]:
+    """Return the top packages of every import in ``source``, at any depth, and of importlib's literal arguments."""
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            found |= {alias.name.split(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            found.add("relative import" if node.level else (node.module or "").split(".")[0])
+        elif isinstance(node, ast.Call) and "import" in ast.unparse(node.func):
+            found |= {str(a.value).split(".")[0] for a in node.args if isinstance(a, ast.Constant)}
+    return found
+
+
+def test_the_bench_is_found():
+    assert {"bench.py", "cases.py", "integrator.py", "physics.py", "rigs.py", "stimuli.py"} <= {p.name for p in BENCH}
+
+
+@pytest.mark.parametrize("path", BENCH, ids=lambda path: path.name)
+def test_bench_imports_nothing_of_the_product(path):
+    assert _imported(path.read_text(encoding="utf-8")) <= {
+        "collections", "dataclasses", "functools", "numba", "numpy", "scipy", "tests", "typing",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "source",
+    ["import identify.fit", "from rig import plan", "def f():\n    import drivers", "import_module('rig.plan')"],
+)
+def test_an_import_of_the_product_would_be_seen(source):
+    assert _imported(source) & PRODUCT
