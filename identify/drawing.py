@@ -1,0 +1,115 @@
+"""How does a figure become part of a page that needs nothing from elsewhere?
+
+Figures are SVG with their text kept as text, embedded as data. Long signals are drawn as the envelope of their
+extremes, so that a page stays small and no peak is lost.
+"""
+
+import base64
+import io
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from identify.trace import Array, Mask
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+BEFORE, AFTER, INK, PALE = "#d1711f", "#1f5fa8", "#27323d", "#c9d1d9"
+WIDTH_IN = 8.6
+ENVELOPE_BINS = 500
+STYLE: Any = {
+    "svg.fonttype": "none", "svg.hashsalt": "rig", "font.family": "sans-serif", "font.size": 9.0,
+    "axes.titlesize": 9.5,
+    "axes.edgecolor": "#8a949e", "axes.labelcolor": INK, "text.color": INK, "xtick.color": INK, "ytick.color": INK,
+    "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.color": "#e6eaee",
+    "axes.axisbelow": True, "legend.frameon": False, "lines.linewidth": 1.2, "path.simplify": True,
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure as a data URI, with the heading over it and the words that stand for it where it cannot be seen."""
+
+    title: str
+    data: str
+    alt: str
+    caption: str = ""
+
+
+def new_figure(rows: int, columns: int, height_in: float) -> tuple["Figure", list["Axes"]]:
+    """Return a figure of ``rows`` x ``columns`` axes in the style of the page, and the axes row by row."""
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
+        axes = figure.subplots(rows, columns, squeeze=False)
+    return figure, list(axes.ravel())
+
+
+def embedded(figure: "Figure") -> str:
+    """Return the figure as a data URI; the same figure gives the same text."""
+    import matplotlib as mpl
+
+    buffer = io.BytesIO()
+    with mpl.rc_context(STYLE):
+        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+    return "data:image/svg+xml;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
+
+
+def envelope(values: Array, bins: int = ENVELOPE_BINS) -> tuple[Array, Array, Array]:
+    """Return sample index (M,), lowest and highest value (M,) of at most ``bins`` stretches; NaN is passed over."""
+    size = values.size
+    if size <= 2 * bins:
+        return np.arange(size, dtype=np.float64), values, values
+    first = np.linspace(0, size, bins, endpoint=False).astype(np.int64)
+    low, high = np.fmin.reduceat(values, first), np.fmax.reduceat(values, first)
+    middle = 0.5 * (first + np.append(first[1:], size) - 1)
+    return middle, np.asarray(low, dtype=np.float64), np.asarray(high, dtype=np.float64)
+
+
+def draw_signal(axes: "Axes", time: Array, values: Array, colour: str, label: str) -> None:
+    """Draw a signal over time, as a line where it is short and as the band of its extremes where it is long."""
+    index, low, high = envelope(values)
+    if low is high:
+        axes.plot(time, values, color=colour, linewidth=0.8, label=label)
+    else:
+        at = np.interp(index, np.arange(time.size), time)
+        axes.fill_between(at, low, high, color=colour, linewidth=0.5, label=label)
+
+
+def outline(x: Array, y: Array, most: int = 4000) -> tuple[Array, Array]:
+    """Return a closed-up picture of a path in the plane: each piece of it once, NaN between pieces.
+
+    Points are moved to a lattice, coarse enough that at most ``most`` different pieces remain.
+    """
+    starts = ends = np.empty((0, 2))
+    for cells in (400, 200, 100, 50, 25):
+        lattice = np.column_stack((on_lattice(x, cells), on_lattice(y, cells)))
+        moved = np.any(np.diff(lattice, axis=0) != 0.0, axis=1)
+        pieces = np.unique(np.hstack((lattice[:-1][moved], lattice[1:][moved])), axis=0)
+        starts, ends = pieces[:, :2], pieces[:, 2:]
+        if pieces.shape[0] <= most:
+            break
+    gap = np.full_like(starts, np.nan)
+    points = np.stack((starts, ends, gap), axis=1).reshape(-1, 2)
+    return points[:, 0], points[:, 1]
+
+
+def on_lattice(x: Array, cells: int) -> Array:
+    """Return x moved to the nearest of ``cells`` equal steps of its range."""
+    step = float(np.ptp(x)) / cells or 1.0
+    return np.asarray(np.rint(x / step) * step)
+
+
+def longest_stretch(use: Mask) -> slice:
+    """Return the longest run of True."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], use, [False])).astype(np.int8)))
+    starts, stops = edges[::2], edges[1::2]
+    if starts.size == 0:
+        return slice(0, 0)
+    at = int(np.argmax(stops - starts))
+    return slice(int(starts[at]), int(stops[at]))
