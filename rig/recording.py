@@ -43,7 +43,7 @@ def read(path: str | Path) -> Recording:
         raise FileError("the recording is still being written", where=str(path),
                         do="wait for the run to end") from error
     except DAMAGE as error:
-        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        reason = str(error.args[0] if error.args else type(error).__name__).splitlines()[0]
         raise FileError("damaged or truncated recording", where=str(path), value=reason,
                         do="use a copy of it, or record again") from error
 
