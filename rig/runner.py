@@ -42,7 +42,7 @@ class Event:
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a run ended. ``samples`` counts those received; ``failure`` is None for a complete run."""
+    """How a run ended. ``samples`` counts those received and stored; ``failure`` is None for a complete run."""
 
     complete: bool
     reason: str
@@ -96,7 +96,7 @@ def run(plan: Plan, device: Device, writer: Sink, progress: Progress = lambda do
         state = _Progress(plan.u.size)
         ended_by = _guarded(lambda: _play(blocks, writer, progress, state, stop))
         unsafe = _make_safe(plan, device, blocks, state)
-    if ended_by is not None and not isinstance(ended_by, (RigError, OSError, KeyboardInterrupt)):
+    if ended_by is not None and not isinstance(ended_by, (RigError, KeyboardInterrupt)):
         raise ended_by
     return _outcome(state, stop, ended_by, unsafe)
 
@@ -107,12 +107,22 @@ def _play(blocks: Iterator[Block], writer: Sink, progress: Progress, state: _Pro
     for block in blocks:
         state.take(block)
         if block.y.size:
-            writer.append(block.start, block.y)
+            _store(writer, block, state)
         if (trouble := _guarded(lambda: show(state.position, state.size))) is not None:  # noqa: B023
             state.note("display", f"the progress display failed and was left out: {trouble!r}")
             show = _nothing
         if stop.name is not None:
             return
+
+
+def _store(writer: Sink, block: Block, state: _Progress) -> None:
+    """Store a block; raise IncompleteError when the storage fails (h5py tells a full disk as a RuntimeError)."""
+    try:
+        writer.append(block.start, block.y)
+    except (OSError, RuntimeError) as error:
+        state.received -= int(block.y.size)
+        raise IncompleteError(f"the recording could not be stored: {error}",
+                              value=f"{state.received} of {state.size} samples kept") from error
 
 
 def _nothing(done: int, total: int) -> None:
@@ -149,8 +159,6 @@ def _failure(state: _Progress, stop: _StopRequest, ended_by: BaseException | Non
     kept = f"{state.received} of {state.size} samples"
     if isinstance(ended_by, RigError):
         return ended_by
-    if isinstance(ended_by, OSError):
-        return IncompleteError(f"the recording could not be stored: {ended_by}", value=f"{kept} kept")
     if ended_by is not None or (stop.name and state.position < state.size):
         return IncompleteError(f"stopped by {stop.name or 'SIGINT'}", value=f"{kept} kept")
     if state.received < state.size:

@@ -85,6 +85,10 @@ class SerialPty:
             if not self._reached(self._faults.hang_at):
                 self.step(time.monotonic() - self._start_s)
 
+    def now_s(self) -> float:
+        """Return the device's own time."""
+        return (time.monotonic() - self._start_s) * self._speed
+
     def step(self, now_s: float) -> None:
         """Do all that is due: hear the host, play and read samples, speak. ``now_s`` is real time since power-up."""
         self._hear(now_s)

@@ -1,0 +1,272 @@
+"""Does every registered driver keep the device contract? A new driver is tested by being listed in ``BENCHES``."""
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rig.device import POLL_S, Array, Device, Flag
+from rig.errors import RefusedError
+from rig.plan import Limits
+from rig.registry import connect, drivers
+from tests.rigs import GAIN, QUIET
+from tests.wire.emulated import emulated
+
+LIMITS = Limits(-10.0, 10.0, None)
+RATE_HZ = 10_000.0
+Bench = Callable[[str], AbstractContextManager[str]]
+
+
+@contextmanager
+def loopback(folder: Path, rig: str) -> Iterator[str]:
+    path = folder / f"{abs(hash(rig))}.yaml"
+    path.write_text(rig)
+    yield f"loopback:{path}"
+
+
+@contextmanager
+def serial(folder: Path, rig: str) -> Iterator[str]:
+    with emulated(rig, speed=10) as device:
+        yield device.address
+
+
+BENCHES = {"loopback": loopback, "serial": serial}
+
+
+def test_every_registered_driver_is_under_contract() -> None:
+    assert set(BENCHES) == set(drivers())
+
+
+@pytest.fixture(scope="module", params=sorted(BENCHES))
+def bench(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Bench:
+    return partial(BENCHES[request.param], tmp_path_factory.mktemp(request.param))
+
+
+@pytest.fixture(scope="module")
+def quiet(bench: Bench) -> Iterator[str]:
+    with bench(QUIET) as address:
+        yield address
+
+
+@pytest.fixture(scope="module")
+def gain(bench: Bench) -> Iterator[str]:
+    with bench(GAIN) as address:
+        yield address
+
+
+@pytest.fixture
+def device(quiet: str) -> Iterator[Device]:
+    with connect(quiet) as device:
+        yield device
+        device.safe(0.0, 0.0)
+
+
+@pytest.fixture
+def amplifier(gain: str) -> Iterator[Device]:
+    with connect(gain) as device:
+        yield device
+        device.safe(0.0, 0.0)
+
+
+def record(device: Device, u: Array, rate_hz: float = RATE_HZ) -> Array:
+    """Return what was read; every sample must come once and in order."""
+    y, expected = np.full(u.size, np.nan), 0
+    for block in device.stream(u, rate_hz, LIMITS):
+        assert block.start == expected
+        y[block.start:block.stop] = block.y
+        expected = block.stop
+    assert expected == u.size
+    assert np.isfinite(y).all()
+    return y
+
+
+def waves(size: int = 3000) -> Array:
+    """Return u that drives the gap of QUIET through both borders: about 6 Hz, and fast ripple on it."""
+    return 8.0 * np.sin(np.arange(size) * 0.004) + 0.5 * np.sin(np.arange(size) * 1.1)
+
+
+def test_identity_is_told_and_stays(quiet: str) -> None:
+    with connect(quiet) as one:
+        first = one.identity()
+        assert all((first.model, first.serial, first.firmware))
+    with connect(quiet) as two:
+        assert two.identity() == first == two.identity()
+
+
+def test_capabilities_are_possible(device: Device) -> None:
+    can = device.capabilities()
+    assert can.output_low_v < can.output_high_v
+    assert can.input_low_v < can.input_high_v
+    assert 0 < can.min_rate_hz < can.max_rate_hz
+    assert can.output_bits >= 8
+    assert can.input_bits >= 8
+    assert can.buffer_samples is None or can.buffer_samples > 0
+
+
+def test_connecting_leaves_the_output_alone(quiet: str) -> None:
+    with connect(quiet) as device:
+        before = device.level_v()
+    with connect(quiet) as device:
+        device.identity()
+        device.capabilities()
+        assert device.level_v() == before
+
+
+def test_quantising_rounds_to_the_nearest_code_and_only_once(device: Device) -> None:
+    u = np.linspace(-9.9, 9.9, 1001)
+    rounded = device.quantise(u)
+    assert np.abs(rounded - u).max() <= 0.501 * device.capabilities().output_lsb_v
+    assert np.array_equal(device.quantise(rounded), rounded)
+    assert device.quantise(np.zeros(1))[0] == 0.0
+
+
+def test_the_ends_of_the_range_can_be_put_out(device: Device) -> None:
+    can = device.capabilities()
+    ends = np.array([can.output_low_v, can.output_high_v])
+    assert np.allclose(device.quantise(ends), ends, atol=1.01 * can.output_lsb_v, rtol=0)
+
+
+def test_levels_beyond_the_range_are_refused_not_clipped(device: Device) -> None:
+    can = device.capabilities()
+    with pytest.raises(RefusedError, match="out of the device's range"):
+        device.quantise(np.array([0.0, can.output_high_v + 2 * can.output_lsb_v]))
+
+
+def test_a_rate_the_clock_makes_is_made_exactly(device: Device) -> None:
+    for wanted in (1000.0, 9_999.0, 10_000.0, 33_333.3):
+        made = device.achievable_rate(wanted)
+        assert made == pytest.approx(wanted, rel=1e-3)
+        assert device.achievable_rate(made) == made
+
+
+def test_a_rate_beyond_the_clock_is_refused(device: Device) -> None:
+    can = device.capabilities()
+    for rate_hz in (can.max_rate_hz * 1.01, can.min_rate_hz * 0.5, float("nan"), 0.0):
+        with pytest.raises(RefusedError, match="cannot sample at this rate"):
+            device.achievable_rate(rate_hz)
+
+
+@pytest.mark.parametrize(("u", "limits", "safe_level_v", "message"), [
+    (np.array([0.0, 5.1]), Limits(-5.0, 5.0, None), 0.0, "5.1 V at sample 1"),
+    (np.array([0.0, np.nan]), LIMITS, 0.0, "sample 1 is nan"),
+    (np.array([0.0, 1.0]), Limits(-5.0, 5.0, 100.0), 0.0, "V/s at sample 1"),
+    (np.empty(0), LIMITS, 0.0, "nothing to output"),
+    (np.zeros((2, 2)), LIMITS, 0.0, "nothing to output"),
+    (np.zeros(3), Limits(-5.0, 5.0, None), 6.0, "safe level"),
+    (np.zeros(3), LIMITS, float("nan"), "safe level"),
+    (np.zeros(3), Limits(20.0, 30.0, None), 25.0, "no output level is allowed"),
+])
+def test_what_must_not_be_played_is_refused_before_any_output(
+    device: Device, u: Array, limits: Limits, safe_level_v: float, message: str,
+) -> None:
+    record(device, np.full(10, 0.5))
+    with pytest.raises(RefusedError, match=message):
+        device.stream(u, RATE_HZ, limits, safe_level_v)
+    assert device.level_v() == device.quantise(np.array([0.5]))[0]
+
+
+def test_checking_returns_what_would_be_put_out_and_outputs_nothing(device: Device) -> None:
+    record(device, np.full(10, 0.5))
+    u = waves(50)
+    assert np.array_equal(device.check(u, RATE_HZ, LIMITS), device.quantise(u))
+    assert device.level_v() == device.quantise(np.array([0.5]))[0]
+
+
+def test_an_impossible_safe_level_or_ramp_is_refused(device: Device) -> None:
+    with pytest.raises(RefusedError, match="safe level"):
+        device.safe(device.capabilities().output_high_v * 1.1)
+    with pytest.raises(RefusedError, match="ramp"):
+        device.safe(0.0, -1.0)
+
+
+def test_y_is_read_just_before_u_acts(amplifier: Device) -> None:
+    u = np.zeros(200)
+    u[[0, 7, 150]] = 2.0, -1.0, 3.0
+    y = record(amplifier, u)
+    expected = 3.0 * np.concatenate([[0.0], amplifier.quantise(u)[:-1]])
+    assert np.abs(y - expected).max() <= 0.5001 * amplifier.capabilities().input_lsb_v
+
+
+def test_a_long_run_comes_back_whole(amplifier: Device) -> None:
+    u = amplifier.quantise(0.5 * waves(100_000))
+    y = record(amplifier, u, 20_000.0)
+    assert np.abs(y[1:] - 3.0 * u[:-1]).max() <= 0.5001 * amplifier.capabilities().input_lsb_v
+
+
+def test_the_end_of_the_input_range_is_flagged(amplifier: Device) -> None:
+    can = amplifier.capabilities()
+    flags, top = Flag.NONE, -np.inf
+    for block in amplifier.stream(np.full(100, 9.0), RATE_HZ, LIMITS):
+        flags |= block.flags
+        top = max(top, float(block.y.max(initial=-np.inf)))
+    assert Flag.CLIPPED in flags
+    assert top == pytest.approx(can.input_high_v, abs=can.input_lsb_v)
+
+
+def test_two_runs_begin_alike(device: Device) -> None:
+    first = record(device, waves())
+    assert np.ptp(first) > 1.0
+    assert np.array_equal(record(device, waves()), first)
+
+
+def test_the_output_holds_the_last_level_of_a_run(device: Device) -> None:
+    record(device, np.linspace(0.0, 3.0, 50))
+    assert device.level_v() == device.quantise(np.array([3.0]))[0]
+
+
+def test_safe_returns_when_the_level_is_reached(device: Device) -> None:
+    record(device, np.full(20, 4.0))
+    for level, ramp_s in ((1.0, 0.2), (-1.0, 0.0)):
+        device.safe(level, ramp_s)
+        assert device.level_v() == pytest.approx(level, abs=device.capabilities().output_lsb_v)
+
+
+def test_a_run_left_early_stops_and_can_be_made_safe(device: Device) -> None:
+    blocks = device.stream(np.linspace(0.0, 9.0, 60_000), RATE_HZ, LIMITS)
+    for block in blocks:
+        if block.y.size:
+            break
+    blocks.close()  # type: ignore[attr-defined]
+    held = device.level_v()
+    assert held is not None
+    assert held < 8.0
+    time.sleep(0.05)
+    assert device.level_v() == held
+    device.safe(0.0)
+    assert device.level_v() == 0.0
+
+
+def test_a_run_after_one_left_early_is_its_own(device: Device) -> None:
+    whole = record(device, waves())
+    for block in device.stream(-waves(60_000), RATE_HZ, LIMITS):
+        if block.y.size:
+            break
+    assert np.array_equal(record(device, waves()), whole)
+
+
+def test_the_caller_is_never_kept_waiting_long(device: Device) -> None:
+    before, longest = time.monotonic(), 0.0
+    for _ in device.stream(np.zeros(4), max(1.0, device.capabilities().min_rate_hz), LIMITS):
+        now = time.monotonic()
+        longest, before = max(longest, now - before), now
+    assert longest < 3 * POLL_S
+
+
+def test_closing_twice_is_harmless(quiet: str) -> None:
+    with connect(quiet) as device:
+        device.close()
+    device.close()
+
+
+def test_every_driver_gives_the_same_recording_to_the_last_bit(tmp_path: Path) -> None:
+    recordings = []
+    for make in BENCHES.values():
+        with make(tmp_path, QUIET) as address, connect(address) as device:
+            recordings.append(record(device, waves(20_000)))
+            device.safe()
+    assert np.ptp(recordings[0]) > 1.0
+    assert all(np.array_equal(other, recordings[0]) for other in recordings[1:])

@@ -1,0 +1,17 @@
+"""Which simulated rigs do the device tests play?"""
+
+QUIET = """
+spec: 1
+rig: op-amp circuit without noise
+G1: {num: [1000], den: [1.0e-4, 20, 1000]}
+F: {backlash: {S_L: 8, D_L: 1.25 V, S_U: 8, D_U: -1.25 V}}
+G2: {num: [1000], den: [1.0e-6, 2, 1000]}
+"""
+
+GAIN = """
+spec: 1
+rig: an amplifier of gain 3 and nothing else
+G1: {num: [1], den: [1]}
+F: {linear: {gain: 3, offset: 0 V}}
+G2: {num: [1], den: [1]}
+"""
