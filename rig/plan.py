@@ -10,14 +10,15 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import pairwise
 from math import lcm
+from pathlib import Path
 
 import numpy as np
 
 from rig.errors import MisfitError, RefusedError
 from rig.linearblock import settling_time_s
 from rig.protocol import Limits, Protocol, ProtocolStep
-from rig.steps import MAX_SAMPLES, Drawn, Setting
 from rig.stimuli import Array, is_whole
+from rig.stimulus import MAX_SAMPLES, Drawn, Setting
 
 __all__ = ["Limits", "Plan", "PlannedStep", "plan", "whole_rate_hz"]
 
@@ -127,7 +128,7 @@ def whole_rate_hz(periods_s: list[tuple[float, float]], near_hz: float) -> float
 
 def _draw_all(protocol: Protocol, rate_hz: float) -> list[Drawn]:
     """Return every step drawn once, in the order of the file, each within the limits."""
-    setting = Setting(rate_hz, lambda fraction: _settling_s(protocol, fraction))
+    setting = Setting(rate_hz, lambda fraction: _settling_s(protocol, fraction), Path(protocol.path).parent)
     drawn: list[Drawn] = []
     total = 0
     for step in protocol.steps:

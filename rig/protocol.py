@@ -10,7 +10,8 @@ import protocols
 from rig.errors import FileError, MisfitError, unknown
 from rig.forms import Form, Rate, Seconds, Volts, VoltsPerSecond
 from rig.rigfile import RigFile, read_rig
-from rig.steps import STIMULI, Count, Stimulus
+from rig.steps import STIMULI, Count
+from rig.stimulus import Stimulus
 from rig.yamlfile import Document, parse_yaml, read_text
 
 STEP_KEYS = ("label", "repeats")

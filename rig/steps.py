@@ -4,10 +4,8 @@ One form per stimulus. A form knows its keys, draws its samples in a ``Setting``
 quite what was asked for. A new stimulus is one more form and its entry in ``STIMULI``.
 """
 
-from abc import abstractmethod
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Annotated, ClassVar, Literal
+from pathlib import Path
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import BeforeValidator, Field, Tag, model_validator
@@ -15,68 +13,12 @@ from pydantic import BeforeValidator, Field, Tag, model_validator
 from rig import stimuli
 from rig.errors import MisfitError
 from rig.forms import BY_SHAPE, Form, Gain, Hertz, PositiveSeconds, Radians, Seconds, Volts, VoltsPerSecond
-from rig.stimuli import Array
+from rig.stimulus import Drawn, Setting, Stimulus
+from rig.tables import open_table
 from rig.units import quantity
-
-MAX_SAMPLES = 50_000_000
-"""Longest plan: 0.4 GB of samples each way."""
 
 Fraction = Annotated[float, BeforeValidator(lambda value: quantity(value, "")), Field(gt=0, lt=0.5)]
 Count = Annotated[int, Field(ge=1, le=100_000)]
-
-
-@dataclass(frozen=True)
-class Setting:
-    """What a step is drawn in: the sample rate, and how long the rig takes to settle.
-
-    ``settling_s`` maps a remaining fraction of a step to a time in s; it raises MisfitError when no rig is known.
-    """
-
-    rate_hz: float
-    settling_s: Callable[[float], float]
-
-    def samples(self, time_s: float, what: str) -> int:
-        """Return the number of samples nearest to ``time_s``; raise MisfitError for none at all or far too many."""
-        count = round(time_s * self.rate_hz) if time_s * self.rate_hz <= MAX_SAMPLES else MAX_SAMPLES + 1
-        if count < 1:
-            raise MisfitError(f"{what} is shorter than a sample", value=f"{time_s:g} s",
-                              allowed=f"at least {1 / self.rate_hz:g} s at {self.rate_hz:g} Hz")
-        if count > MAX_SAMPLES:
-            raise MisfitError(f"{what} is too long", value=f"{time_s:.6g} s",
-                              allowed=f"up to {MAX_SAMPLES / self.rate_hz:.6g} s ({MAX_SAMPLES} samples) at "
-                                      f"{self.rate_hz:g} Hz", do="shorten it or lower acquisition.rate")
-        return count
-
-    def below_nyquist(self, frequency_hz: float) -> None:
-        """Raise MisfitError unless more than two samples fall on a period."""
-        if frequency_hz >= self.rate_hz / 2:
-            raise MisfitError("frequency above Nyquist", value=f"{frequency_hz:g} Hz",
-                              allowed=f"below {self.rate_hz / 2:g} Hz, half of acquisition.rate",
-                              do="raise acquisition.rate or lower the frequency")
-
-
-@dataclass(frozen=True)
-class Drawn:
-    """The samples of one step, V; frequencies and times in them that should be whole; remarks for the operator."""
-
-    u: Array
-    frequencies_hz: tuple[float, ...] = ()
-    time_s: float = 0.0
-    notes: tuple[str, ...] = field(default=())
-
-
-class Stimulus(Form):
-    """One kind of step."""
-
-    kind: ClassVar[str]
-
-    @abstractmethod
-    def draw(self, setting: Setting) -> Drawn:
-        """Return the samples; raise MisfitError when they cannot be made at this rate."""
-
-    @abstractmethod
-    def title(self) -> str:
-        """Return the label used when the protocol gives none."""
 
 
 class SettleForm(Form):
@@ -263,31 +205,54 @@ class MinorLoopsForm(Stimulus):
         return f"minor loops of {len(self.amplitudes)} amplitudes up to {max(self.amplitudes):g} V"
 
 
+class FileForm(Form):
+    """Two columns of a text table, by name or number: time in s, level in V."""
+
+    path: str
+    time: str | int = 1
+    level: str | int = 2
+
+    def points(self, folder: Path) -> stimuli.Points:
+        """Return times and levels; a relative path starts at ``folder``. Raises FileError."""
+        table = open_table(folder / self.path)
+        return table.column(str(self.time)), table.column(str(self.level))
+
+
 class TableForm(Stimulus):
-    """An arbitrary table of times and levels; the last time is the end."""
+    """An arbitrary table of times and levels, written out or in a file of two columns; the last time is the end."""
 
     kind = "table"
-    times: Annotated[list[Seconds], Field(min_length=2)]
-    levels: Annotated[list[Volts], Field(min_length=2)]
+    times: list[Seconds] | None = None
+    levels: list[Volts] | None = None
+    file: FileForm | None = None
     between: Literal["held", "linear"] = "held"
 
     @model_validator(mode="after")
-    def _ascending(self) -> "TableForm":
-        if len(self.times) != len(self.levels):
-            raise MisfitError("times and levels differ in number", value=f"{len(self.times)} and {len(self.levels)}")
-        if self.times[0] != 0 or np.any(np.diff(self.times) <= 0):
-            raise MisfitError("the times of a table start at 0 s and ascend", value=f"from {self.times[0]:g} s")
+    def _one_source(self) -> "TableForm":
+        written = (self.times is not None, self.levels is not None)
+        if any(written) != all(written) or any(written) == (self.file is not None):
+            raise MisfitError("a table has one source", allowed="times and levels, or file")
         return self
 
     def draw(self, setting: Setting) -> Drawn:
         """Return the table on the sample grid."""
-        points = np.asarray(self.times), np.asarray(self.levels)
-        samples = setting.samples(self.times[-1], "the table")
-        return Drawn(stimuli.table(points, samples, setting.rate_hz, straight=self.between == "linear"))
+        times, levels = self._points(setting)
+        if times.size != levels.size or times.size < 2:
+            raise MisfitError("times and levels do not pair up", value=f"{times.size} and {levels.size}",
+                              allowed="equally many, at least 2")
+        if times[0] != 0 or np.any(np.diff(times) <= 0):
+            raise MisfitError("the times of a table start at 0 s and ascend", value=f"from {times[0]:g} s")
+        samples = setting.samples(float(times[-1]), "the table")
+        return Drawn(stimuli.table((times, levels), samples, setting.rate_hz, straight=self.between == "linear"))
+
+    def _points(self, setting: Setting) -> stimuli.Points:
+        if self.file is not None:
+            return self.file.points(setting.folder)
+        return np.asarray(self.times, dtype=np.float64), np.asarray(self.levels, dtype=np.float64)
 
     def title(self) -> str:
-        """Return the number of points."""
-        return f"table of {len(self.times)} points"
+        """Return the file, or the number of points."""
+        return f"table {self.file.path}" if self.file is not None else f"table of {len(self.times or ())} points"
 
 
 STIMULI: dict[str, type[Stimulus]] = {
