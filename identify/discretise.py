@@ -6,6 +6,7 @@ update arrives late by a part of a step). Both give x[j] = Phi x[j-1] + g0 s[j-1
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -71,6 +72,7 @@ def transition(a: Matrix, b: Matrix, step: float) -> tuple[Matrix, Matrix, Matri
     return power[:n, :n], power[:n, n], power[:n, n + 1]
 
 
+@lru_cache(maxsize=4096)
 def stepper(num: Row, den: Row, step_s: float, shape: InputShape, fraction: float = 0.0) -> Stepper:
     """Return the exact stepper of num/den for an input of the given shape; ``fraction`` is for held inputs.
 

@@ -6,6 +6,8 @@ extremes, so that a page stays small and no peak is lost.
 
 import base64
 import io
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -39,24 +41,27 @@ class Picture:
     caption: str = ""
 
 
-def new_figure(rows: int, columns: int, height_in: float) -> tuple["Figure", list["Axes"]]:
-    """Return a figure of ``rows`` x ``columns`` axes in the style of the page, and the axes row by row."""
+@contextmanager
+def page_style() -> Iterator[None]:
+    """Draw everything inside in the style of the page."""
     import matplotlib as mpl
-    from matplotlib.figure import Figure
 
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
-        axes = figure.subplots(rows, columns, squeeze=False)
-    return figure, list(axes.ravel())
+        yield
+
+
+def new_figure(rows: int, columns: int, height_in: float) -> tuple["Figure", list["Axes"]]:
+    """Return a figure of ``rows`` x ``columns`` axes, and the axes row by row."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
+    return figure, list(figure.subplots(rows, columns, squeeze=False).ravel())
 
 
 def embedded(figure: "Figure") -> str:
     """Return the figure as a data URI; the same figure gives the same text."""
-    import matplotlib as mpl
-
     buffer = io.BytesIO()
-    with mpl.rc_context(STYLE):
-        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+    figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     return "data:image/svg+xml;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
 
 
@@ -81,7 +86,7 @@ def draw_signal(axes: "Axes", time: Array, values: Array, colour: str, label: st
         axes.fill_between(at, low, high, color=colour, linewidth=0.5, label=label)
 
 
-def outline(x: Array, y: Array, most: int = 4000) -> tuple[Array, Array]:
+def outline(x: Array, y: Array, most: int = 2500) -> tuple[Array, Array]:
     """Return a closed-up picture of a path in the plane: each piece of it once, NaN between pieces.
 
     Points are moved to a lattice, coarse enough that at most ``most`` different pieces remain.

@@ -12,7 +12,8 @@ from math import exp, log
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import LinAlgError, cho_factor, cho_solve
+from scipy.linalg import LinAlgError, cholesky, solve_triangular
+from scipy.optimize import lsq_linear
 
 from identify.chain import Chain, advance, chunks, grid_of, local_name, running
 from identify.observe import Observation
@@ -234,20 +235,19 @@ def _search(problem: _Problem, theta: Array, iterations: int) -> Fit:
 
 
 def boxed_step(matrix: NDArray[np.float64], right: Array, low: Array, high: Array) -> Array:
-    """Return the minimiser of the quadratic model inside a box: coordinates that want out are held at its wall."""
-    step, free = np.zeros_like(right), np.ones(right.size, dtype=bool)
-    for _ in range(right.size):
-        if not free.any():
-            break
-        pull = right[free] - matrix[np.ix_(free, ~free)] @ step[~free]
-        wanted = cho_solve(cho_factor(matrix[np.ix_(free, free)]), pull)
-        step[free] = np.clip(wanted, low[free], high[free])
-        held = free.copy()
-        held[free] = step[free] != wanted
-        if not held.any():
-            break
-        free &= ~held
-    return step
+    """Return the minimiser of the quadratic model inside a box.
+
+    The plain solution is taken where it lies inside; else bounded-variable least squares on the Cholesky factor
+    (Stark and Parker, Computational Statistics 10 (1995) 129).
+    """
+    scale = 1.0 / np.sqrt(np.diag(matrix))
+    factor = cholesky(matrix * np.outer(scale, scale))
+    target = solve_triangular(factor, right * scale, trans="T")
+    wanted = solve_triangular(factor, target)
+    if np.all((wanted >= low / scale) & (wanted <= high / scale)):
+        return np.asarray(wanted * scale)
+    found = lsq_linear(factor, target, (low / scale, high / scale), method="bvls")
+    return np.asarray(np.clip(found.x * scale, low, high))
 
 
 def _failed(problem: _Problem, theta: Array, sentence: str) -> Fit:

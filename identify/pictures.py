@@ -129,7 +129,7 @@ def residuals(answers: Sequence[Answer]) -> Picture:
             ax = axes[row * columns + column]
             drawn = answers if column == 0 else answers[-1:]
             _residual_axes(ax, time, observation, [(a, a.residuals[row]) for a in drawn])
-            ax.set_title(f"{observation.trace.name}: {' and '.join(a.label for a in drawn)}")
+            ax.set_title(observation.trace.name, loc="left")
     left_out = len(answers[0].observations) - len(runs)
     more = f" {left_out} more runs are not drawn." if left_out else ""
     return Picture(
@@ -146,10 +146,10 @@ def _residual_axes(ax: "Axes", time: Array, observation: Observation, drawn: Seq
     band = 2.0 * observation.noise_v / factor
     ax.axhspan(-band, band, color=PALE, alpha=0.7, linewidth=0)
     for answer, residual in drawn:
-        text = f"{answer.label}, rms {shown(rms(residual[np.isfinite(residual)]), 'V', 3)}"
+        text = f"{answer.label}: {shown(rms(residual[np.isfinite(residual)]), 'V', 3)} rms"
         draw_signal(ax, time, residual / factor, answer.colour, text)
     ax.set(xlabel="time in s", ylabel=f"y - model in {prefix}V")
-    ax.legend(fontsize=7.0, loc="upper right")
+    ax.legend(fontsize=7, loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=2, borderaxespad=0.0, handlelength=1.0)
 
 
 def spectra(answers: Sequence[Answer]) -> Picture | None:

@@ -6,7 +6,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from identify import pictures
-from identify.drawing import AFTER, BEFORE, Picture
+from identify.drawing import AFTER, BEFORE, Picture, page_style
 from identify.explain.explanation import Explanation, Finding, HeldOut, Range, Verdict
 from identify.identification import FrequencyPoint, Identification
 from identify.interval import Interval
@@ -126,7 +126,9 @@ def joined(observations: Sequence[Observation]) -> tuple[Observation, ...]:
 
 
 def _drawn(*draw: Callable[[], Picture | None]) -> list[Picture]:
-    return [picture for picture in (make() for make in draw) if picture is not None]
+    """Return the pictures there is something to draw for."""
+    with page_style():
+        return [picture for picture in (make() for make in draw) if picture is not None]
 
 
 def _borders(found: Identification) -> list[dict[str, str]]:

@@ -229,7 +229,7 @@ def test_the_page_refers_to_nothing_outside(explained: str) -> None:
 
 def test_the_residual_picture_shows_both_models(explained: str) -> None:
     pictures = ["".join(drawing.itertext()) for drawing in drawings(Page(explained))]
-    assert any("plain model, rms" in text and "improved model, rms 10" in text for text in pictures)
+    assert any("plain model: " in text and "improved model: 10 mV rms" in text for text in pictures)
 
 
 def test_nothing_missing_is_told_without_effects() -> None:
@@ -239,7 +239,7 @@ def test_nothing_missing_is_told_without_effects() -> None:
     page = Page(text)
     assert page.text("h1") == "Nothing is missing."
     assert 'id="location"' not in text
-    assert "improved model, rms" not in "".join("".join(d.itertext()) for d in drawings(page))
+    assert "improved model: " not in "".join("".join(d.itertext()) for d in drawings(page))
 
 
 def test_the_identification_page_has_the_numbers_and_what_cannot_be_told() -> None:
