@@ -48,7 +48,7 @@ def test_error_is_a_twentieth_of_what_a_matched_test_could_find(name):
     errors = _errors(case)
     rms_v = np.sqrt(np.mean(np.concatenate(errors) ** 2))
     z = [np.linalg.norm(error) / case.rig.noise_v for error in errors]
-    assert rms_v < 1e-5  # measured: 1e-7 (RC) to 5e-6 (hum at G1)
+    assert rms_v < 1e-5  # measured: 1e-7 (RC) to 2.4e-6
     assert max(z) < DETECTED / 20.0
 
 
