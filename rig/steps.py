@@ -151,12 +151,14 @@ class TriangleForm(Stimulus):
 class MultisineForm(Stimulus):
     """Sines of equal amplitude together, each line ``amplitude``, or scaled to a common ``peak``.
 
-    ``phases: zero`` starts every line at its maximum, as eq. (45); ``schroeder`` keeps the peak low.
+    It lasts a ``time``, or so many ``periods`` of its lowest line. ``phases: zero`` starts every line at its maximum,
+    as eq. (45); ``schroeder`` keeps the peak low.
     """
 
     kind = "multisine"
     frequencies: Annotated[list[Hertz], Field(min_length=1, max_length=1000)]
-    time: PositiveSeconds
+    time: PositiveSeconds | None = None
+    periods: Count | None = None
     amplitude: Volts | None = None
     peak: Annotated[Volts, Field(gt=0)] | None = None
     phases: Literal["zero", "schroeder"] = "schroeder"
@@ -165,19 +167,22 @@ class MultisineForm(Stimulus):
     def _one_size(self) -> "MultisineForm":
         if (self.amplitude is None) == (self.peak is None):
             raise MisfitError("a multisine has one size", allowed="amplitude (of each line) or peak (of the sum)")
+        if (self.time is None) == (self.periods is None):
+            raise MisfitError("a multisine has one length", allowed="time, or periods (of its lowest line)")
         return self
 
     def draw(self, setting: Setting) -> Drawn:
         """Return the sum of the lines."""
         setting.below_nyquist(max(self.frequencies))
-        samples, lines = setting.samples(self.time, "the multisine"), len(self.frequencies)
+        time_s = self.time or (self.periods or 1) / min(self.frequencies)
+        samples, lines = setting.samples(time_s, "the multisine"), len(self.frequencies)
         phases = stimuli.schroeder_phases(lines) if self.phases == "schroeder" else np.zeros(lines)
         u = np.zeros(samples)
         for frequency, phase in zip(self.frequencies, phases, strict=True):
             u += stimuli.sine(self.amplitude or 1.0, stimuli.turns(samples, frequency, setting.rate_hz), float(phase))
         if self.peak is not None:
             u *= self.peak / np.abs(u).max()
-        return Drawn(u, tuple(self.frequencies), self.time)
+        return Drawn(u, tuple(self.frequencies), time_s)
 
     def title(self) -> str:
         """Return the number of lines and their band."""
