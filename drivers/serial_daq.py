@@ -143,8 +143,8 @@ class SerialDaq(Device):
         frames = [*run.outgoing.due(), *run.incoming.wanted(now)]
         if not frames and now - run.spoke_s > ALIVE_S:
             frames = [Frame(Kind.ALIVE, 0)]
-        for frame in frames:
-            self._link.send(frame)
+        if frames:
+            self._link.send(*frames)
             run.spoke_s = now
         for frame in self._link.receive():
             try:

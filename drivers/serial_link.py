@@ -47,10 +47,10 @@ class SerialLink:
             self._clean()
         return self._ask(command, TRIES)
 
-    def send(self, frame: Frame) -> None:
-        """Send ``frame``; raise DeviceError when the port takes nothing or is gone."""
+    def send(self, *frames: Frame) -> None:
+        """Send ``frames``; raise DeviceError when the port takes nothing or is gone."""
         with _told(self.port):
-            self._port.write(encode(frame))
+            self._port.write(b"".join(map(encode, frames)))
 
     def receive(self) -> list[Frame]:
         """Return the frames that arrived, but for replies; wait ``READ_S`` when there are none."""

@@ -33,6 +33,9 @@ from rig.device import Capabilities
 
 PROTOCOL = "1"
 SAMPLES_PER_FRAME = 512
+"""At most; a frame is lost with its first wrong byte."""
+SAMPLES_PER_REPEAT = 64
+"""At most, in a frame sent because a longer one did not arrive."""
 _STATUS = Struct("<BBIII")
 _RANGE = Struct("<II")
 

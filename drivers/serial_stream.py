@@ -11,21 +11,15 @@ from numpy.typing import NDArray
 
 from drivers.converter import Codes
 from drivers.framing import Frame
-from drivers.serial_messages import (
-    SAMPLES_PER_FRAME,
-    Condition,
-    Kind,
-    Status,
-    pack_codes,
-    pack_range,
-)
+from drivers.serial_messages import Condition, Kind, Status, pack_codes, pack_range
 from rig.device import Flag
 
 REPEAT_S = 0.15
 """Wait before what was sent, or asked for, is sent or asked for again."""
 REQUESTS = 6
 """How often a lost sample is asked for before it is given up."""
-FRAMES_AT_ONCE = 8
+SAMPLES_PER_OUTPUT, FRAMES_AT_ONCE = 128, 32
+REQUESTS_AT_ONCE = 16
 
 UNKNOWN, HERE, OVERRUN, LINK_LOSS = 0, 1, 2, 3
 _FLAG = {HERE: Flag.NONE, OVERRUN: Flag.OVERRUN, LINK_LOSS: Flag.LINK_LOSS}
@@ -38,7 +32,7 @@ class Outgoing:
     def __init__(self, codes: Codes, bits: int, fifo: int, window: int) -> None:
         """Start with nothing sent."""
         self._codes, self._bits, self._fifo = codes, bits, fifo
-        self._window = max(window, SAMPLES_PER_FRAME)
+        self._window = max(window, 2 * SAMPLES_PER_OUTPUT)
         self._next = self._accepted = self._played = 0
         self._progress_s = 0.0
 
@@ -61,8 +55,8 @@ class Outgoing:
         frames: list[Frame] = []
         stop = min(self._codes.size, self._played + self._fifo, self._accepted + self._window)
         while self._next < stop and len(frames) < FRAMES_AT_ONCE:
-            last = min(self._next + SAMPLES_PER_FRAME, stop)
-            if last - self._next < SAMPLES_PER_FRAME // 2 and last < self._codes.size and self._played:
+            last = min(self._next + SAMPLES_PER_OUTPUT, stop)
+            if last - self._next < SAMPLES_PER_OUTPUT and last < self._codes.size and self._played:
                 break
             frames.append(Frame(Kind.OUTPUT, self._next, pack_codes(self._codes[self._next:last], self._bits)))
             self._next = last
@@ -71,11 +65,11 @@ class Outgoing:
 
 @dataclass
 class _Request:
-    """Samples asked for again from ``start`` on: how often, and when last."""
+    """A gap asked for again: where it began, how often it was asked for without effect, and when last."""
 
-    start: int = -1
-    count: int = 0
-    asked_s: float = 0.0
+    start: int
+    asked_s: float
+    count: int = 1
 
 
 @final
@@ -87,12 +81,12 @@ class Incoming:
         self._codes = np.zeros(total, dtype=np.int32)
         self._state = np.zeros(total, dtype=np.uint8)
         self._next = self._sent = 0
-        self._request = _Request()
+        self._requests: dict[int, _Request] = {}
 
     @property
     def settled(self) -> bool:
         """Return whether no sample is awaited of those the device sent so far."""
-        return self._first_unknown() >= self._sent
+        return not self._gaps()
 
     def add(self, start: int, codes: Codes) -> int:
         """Note samples that arrived; return how many of them are new. Raise ValueError for another run's."""
@@ -124,25 +118,34 @@ class Incoming:
         return None
 
     def wanted(self, now_s: float) -> list[Frame]:
-        """Return the request for the first samples missing, when there are any and it is time to ask (again)."""
-        start = self._first_unknown()
-        if start >= self._sent:
-            return []
-        stop, request = self._end(start), self._request
-        if request.start != start:
-            request = self._request = _Request(start)
-        elif now_s - request.asked_s < REPEAT_S:
-            return []
-        if request.count >= REQUESTS:
-            self.lost(start, stop, LINK_LOSS)
-            return []
-        request.count, request.asked_s = request.count + 1, now_s
-        return [Frame(Kind.AGAIN, start, pack_range(start, stop))]
+        """Return requests for the first gaps, when it is time to ask (again); one asked for too often is lost.
 
-    def _first_unknown(self) -> int:
-        """Return the first sample not known in what was sent, or the end of it."""
-        unknown = self._state[self._next:self._sent] == UNKNOWN
-        return self._next + int(unknown.argmax()) if unknown.any() else self._sent
+        A gap is known by its end: it fills from its beginning, or falls apart when the answer has a gap itself.
+        """
+        gaps, frames = self._gaps(), []
+        self._requests = {stop: self._requests[stop] for _, stop in gaps if stop in self._requests}
+        for start, stop in gaps:
+            if self._to_ask(start, stop, now_s):
+                frames.append(Frame(Kind.AGAIN, start, pack_range(start, stop)))
+        return frames
+
+    def _to_ask(self, start: int, stop: int, now_s: float) -> bool:
+        """Return whether to ask for a gap now, and note it; give a hopeless one up."""
+        request = self._requests.get(stop)
+        if request is not None and now_s - request.asked_s < REPEAT_S:
+            return False
+        count = request.count + 1 if request is not None and request.start == start else 1
+        if count > REQUESTS:
+            self.lost(start, stop, LINK_LOSS)
+            return False
+        self._requests[stop] = _Request(start, now_s, count)
+        return True
+
+    def _gaps(self) -> list[tuple[int, int]]:
+        """Return the first few [start, stop) not known in what was sent."""
+        unknown = (self._state[self._next:self._sent] == UNKNOWN).astype(np.int8)
+        edges = np.flatnonzero(np.diff(unknown, prepend=0, append=0))[:2 * REQUESTS_AT_ONCE] + self._next
+        return [(int(start), int(stop)) for start, stop in edges.reshape(-1, 2)]
 
     def _mark(self, start: int, stop: int, state: int) -> NDArray[np.bool_]:
         """Give the unknown ones of the samples [start, stop) their state; return which these were."""

@@ -11,6 +11,7 @@ from drivers.framing import Frame, FrameReader, encode
 from drivers.serial_messages import (
     PROTOCOL,
     SAMPLES_PER_FRAME,
+    SAMPLES_PER_REPEAT,
     Condition,
     Description,
     Kind,
@@ -136,7 +137,8 @@ class SerialFirmware:
         """Send the status, to be followed by the samples read until now."""
         self._send(Kind.STATUS, 0, self._status().pack())
         self._next_beat_s = now_s + self._beat_s
-        self._gap, self._live, self._draining = False, not self._model.watchdog_tripped, True
+        deserted = self._model.watchdog_tripped and self._model.sent == self._model.played
+        self._gap, self._live, self._draining = False, not deserted, True
 
     def _drain(self) -> None:
         """Send the next samples read, after saying which were lost before them."""
@@ -161,8 +163,8 @@ class SerialFirmware:
         at, stop = start, min(stop, self._model.sent)
         for first, codes in self._model.again(start, stop):
             self._lost(at, first)
-            for offset in range(0, codes.size, SAMPLES_PER_FRAME):
-                self._send(Kind.RESENT, first + offset, self._packed(codes[offset:offset + SAMPLES_PER_FRAME]))
+            for offset in range(0, codes.size, SAMPLES_PER_REPEAT):
+                self._send(Kind.RESENT, first + offset, self._packed(codes[offset:offset + SAMPLES_PER_REPEAT]))
             at = first + codes.size
         self._lost(at, stop)
 

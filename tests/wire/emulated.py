@@ -14,7 +14,7 @@ from drivers.emulators.serial_pty import HARDWARE, SerialPty
 from rig.rigfile import parse_rig
 
 CONTEXT = multiprocessing.get_context("forkserver")
-CONTEXT.set_forkserver_preload(["tests.wire.emulated"])
+CONTEXT.set_forkserver_preload(["tests.wire.emulated", "tests.wire.warm"])
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,7 @@
 """Are frames found again, whatever the link does to the bytes between them?"""
 
+from itertools import pairwise
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -14,7 +16,7 @@ FRAMES = st.lists(
 
 def pieces(data: bytes, cuts: list[int]) -> list[bytes]:
     at = sorted({0, len(data), *(cut % (len(data) + 1) for cut in cuts)})
-    return [data[a:b] for a, b in zip(at, at[1:], strict=False)]
+    return [data[a:b] for a, b in pairwise(at)]
 
 
 def read(data: bytes, cuts: list[int] | None = None) -> tuple[list[Frame], FrameReader]:

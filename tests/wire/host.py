@@ -1,0 +1,36 @@
+"""A host to be killed: plays a plan on the device given, records it, and says how that ended."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from rig.errors import RigError
+from rig.plan import Limits, Plan, PlannedStep
+from rig.recording import Equipment, Writer
+from rig.registry import connect
+from rig.runner import Outcome, run
+
+
+def long_plan(size: int = 200_000, rate_hz: float = 10_000.0) -> Plan:
+    """Return a plan at 5 V of ``size`` samples, its safe level 1 V, its ramp 0.3 s."""
+    return Plan("a long hold", np.full(size, 5.0), rate_hz, (PlannedStep("hold", "hold", 0, size),),
+                Limits(-10.0, 10.0, None), safe_level_v=1.0, ramp_s=0.3)
+
+
+def record(plan: Plan, address: str, path: Path) -> Outcome:
+    """Play ``plan`` on the device at ``address`` and record it into ``path``."""
+    with connect(address) as device:
+        equipment = Equipment(address, str(device.identity()))
+        with Writer(path, plan, equipment) as writer:
+            outcome = run(plan, device, writer, lambda done, total: print(done, flush=True))
+            writer.finish(outcome.complete, outcome.reason, outcome.events)
+    return outcome
+
+
+if __name__ == "__main__":
+    try:
+        ended = record(long_plan(), sys.argv[1], Path(sys.argv[2]))
+    except RigError as error:
+        sys.exit(str(error))
+    sys.exit(ended.failure.exit_code if ended.failure else 0)
