@@ -98,8 +98,10 @@ def bias_current(v: Array, scene: Scene) -> Array:
 def curved_border(v: Array, scene: Scene) -> Array:
     """Bend both borders: w = s (v - d) + k3 (v - d)^3."""
     rig, k3 = scene.rig, scene.values["k3"]
-    lower, upper = borders(v, rig)
-    return play(lower + k3 * (v - rig.d_l_v) ** 3, upper + k3 * (v - rig.d_u_v) ** 3, 0.0, 1.0, 0.0)
+    rising, falling = v - rig.d_l_v, v - rig.d_u_v
+    lower = rising * (rig.s_l + k3 * rising * rising)
+    upper = falling * (rig.s_u + k3 * falling * falling)
+    return play(lower, upper, 0.0, 1.0, 0.0)
 
 
 def second_play(v: Array, scene: Scene) -> Array:

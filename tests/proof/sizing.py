@@ -22,7 +22,7 @@ NEGLIGIBLE = 2e-3  # share of the cost
 
 @dataclass(frozen=True)
 class Size:
-    """The mismatch in V rms over the noise in V: before the refit, after it, and on the runs held out."""
+    """The mismatch rms over the noise rms: before the refit, after it, and after it on the runs held out."""
 
     nominal: float
     refitted: float
@@ -38,7 +38,12 @@ def size(case: Case) -> Size:
     proof = [(s, y) for (s, _, held_out), y in zip(runs, clean, strict=True) if held_out]
     rig = refitted(case.nominal, kept)
     noise = case.rig.noise_v
-    return Size(*(_rms(_residual(r, d)) / noise for r, d in ((case.nominal, kept), (rig, kept), (rig, proof))), rig)
+    return Size(
+        nominal=_rms(_residual(case.nominal, kept)) / noise,
+        refitted=_rms(_residual(rig, kept)) / noise,
+        held_out=_rms(_residual(rig, proof)) / noise,
+        rig=rig,
+    )
 
 
 Data = list[tuple[Stimulus, Array]]

