@@ -38,7 +38,7 @@ def quantity(value: object, unit: str) -> float:
     if found is None:
         raise MisfitError(f"not {_kind(unit)} with a unit", value=repr(value), do=f"write as '{_example(unit)}'")
     number = float(found["number"])
-    return _finite(number * factor(found["unit"], unit) if found["unit"] else _bare(number, unit), value)
+    return _finite(_scaled(number, factor(found["unit"], unit)) if found["unit"] else _bare(number, unit), value)
 
 
 def multiple(value: object, unit: str) -> float:
@@ -109,6 +109,12 @@ def _bare(number: float, unit: str) -> float:
         return number
     do = f"write '{number:g} {unit}'"
     raise MisfitError("a number without a unit", value=f"{number:g}", allowed=_kind(unit), do=do)
+
+
+def _scaled(number: float, by: float) -> float:
+    """Return number * by; a submultiple divides, so that 100 us is the float 1e-4 and not its neighbour."""
+    parts = round(1.0 / by) if 0 < by < 1 else 0
+    return number / parts if parts and math.isclose(parts * by, 1.0, rel_tol=1e-12) else number * by
 
 
 def _finite(number: float, text: str) -> float:

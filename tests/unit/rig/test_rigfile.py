@@ -1,0 +1,130 @@
+"""Does a rig file mean what it says, read back what was written, and refuse what it must not say?"""
+
+import json
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from identify.model import Backlash, LinearF, Model, Physics, Rational
+from rig.errors import FileError
+from rig.rigfile import model_to_dict, model_to_yaml, parse_rig, read_rig
+
+TEXT = """\
+spec: 1
+rig: op-amp backlash circuit
+G1: {num: [1000], den: [1.0e-4, 20, 1000]}
+F: {backlash: {S_L: 8, D_L: 1.25 V, S_U: 8, D_U: -1250 mV}}
+G2: {num: [1000], den: [1.0e-6, 2, 1000], dead_time: 100 us}
+noise: 10 mV
+fixed: [G1, F.S_L]
+physics:
+  dead_time: {delay: 1 ms}
+concealed:
+  saturation: {upper: 10 V, lower: -10 V}
+"""
+PLAIN = TEXT.partition("fixed:")[0]
+
+
+def refused(text: str) -> str:
+    with pytest.raises(FileError) as caught:
+        parse_rig(text, "r.yaml")
+    return str(caught.value)
+
+
+def test_a_rig_says_what_its_file_says() -> None:
+    rig = parse_rig(PLAIN, "r.yaml")
+    assert rig.model == Model(
+        "op-amp backlash circuit", Rational((1000.0,), (1e-4, 20.0, 1000.0)), Backlash(8.0, 1.25, 8.0, -1.25),
+        Rational((1000.0,), (1e-6, 2.0, 1000.0), 1e-4), noise_v=0.01,
+    )
+    assert rig.concealed == ()
+    assert rig.text == PLAIN
+
+
+def test_physics_known_and_concealed_are_kept_apart() -> None:
+    rig = parse_rig(TEXT.replace("delay: 1 ms", DELAY), "r.yaml")
+    assert [piece.id for piece in rig.model.physics] == ["dead_time"]
+    assert rig.concealed == (Physics("saturation", {"upper": 10.0, "lower": -10.0}),)
+    assert rig.model.fixed == ("G1", "F.S_L")
+
+
+def _short_name_of_dead_time() -> str:
+    from identify.effects import catalogue
+
+    return catalogue()["dead_time"].declared[0].name.rpartition(".")[2]
+
+
+DELAY = f"{_short_name_of_dead_time()}: 1 ms"
+
+
+def test_stage_and_form_of_physics_are_read_and_written() -> None:
+    text = PLAIN + "physics:\n  saturation: {form: upper, stage: F, upper: 9 V}\n"
+    model = parse_rig(text, "r.yaml").model
+    assert model.physics == (Physics("saturation", {"upper": 9.0}, "F", "upper"),)
+    assert parse_rig(model_to_yaml(model), "r.yaml").model == model
+
+
+def test_values_that_mean_absent_are_not_written() -> None:
+    model = Model("t", Rational((1.0,), (1.0,)), LinearF(), Rational((1.0,), (1.0,)),
+                  physics=(Physics("saturation", {"upper": 9.0, "lower": float("-inf")}),))
+    assert model_to_dict(model)["physics"] == {"saturation": {"upper": "9.0 V"}}
+
+
+number = st.floats(min_value=1e-6, max_value=1e6)
+block = st.builds(lambda gain, taus, dead: Rational((gain,), (*taus, 1.0), dead),
+                  number, st.lists(number, max_size=1), st.floats(0, 10))
+law = st.one_of(
+    st.builds(LinearF, st.floats(-1e3, 1e3), st.floats(-10, 10)),
+    st.builds(lambda s, d, gap: Backlash(s, d, s, d - gap), number, st.floats(-10, 10), st.floats(0, 10)),
+)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.builds(Model, st.just("a: rig"), block, law, block, st.one_of(st.none(), st.floats(0, 10))))
+def test_a_model_reads_back_to_the_last_bit(model: Model) -> None:
+    assert parse_rig(model_to_yaml(model), "r.yaml").model == model
+    assert parse_rig(json.dumps(model_to_dict(model)), "m.json").model == model
+
+
+def test_the_model_of_an_explanation_is_a_rig(tmp_path: Path) -> None:
+    model = parse_rig(PLAIN, "r.yaml").model
+    path = tmp_path / "explanation.json"
+    path.write_text(json.dumps({"schema": "rig.explain/1", "verdict": "consistent", "model": model_to_dict(model)}))
+    assert read_rig(path).model == model
+
+
+@pytest.mark.parametrize(("wrong", "right", "message"), [
+    ("D_L: 1.25,", "D_L: 1.25 V,", "r.yaml:4: F.backlash.D_L: a number without a unit: 1.25"),
+    ("S_R: 8,", "S_L: 8,", "r.yaml:4: F.backlash.S_R: unknown key 'S_R'; allowed: D_L, D_U, S_L, S_U; did you"),
+    ("S_L: -8,", "S_L: 8,", "r.yaml:4: F.backlash.S_L: a border rises: -8 V/V; allowed: above 0 V/V"),
+    ("D_L: -2 V,", "D_L: 1.25 V,", "r.yaml:4: F.backlash.D_L: the borders are exchanged: -2 V; allowed: at least D_U"),
+    ("S_U: 8, ", "S_U: 8, D_U: -1250 mV", "r.yaml:4: F.backlash: the key 'D_U' is missing; add 'D_U:'"),
+    ("F: straight", "F: {backlash: {S_L: 8, D_L: 1.25 V, S_U: 8, D_U: -1250 mV}}", "r.yaml:4: F: must be 'linear'"),
+    ("F: {}", "F: {backlash: {S_L: 8, D_L: 1.25 V, S_U: 8, D_U: -1250 mV}}", "r.yaml:4: F: F has one kind"),
+    ("den: [1, -20]", "den: [1.0e-4, 20, 1000]", "r.yaml:3: G1: the block is not stable: a pole at 20 rad/s"),
+    ("den: []", "den: [1.0e-4, 20, 1000]", "r.yaml:3: G1.den:"),
+    ("noise: -1 mV", "noise: 10 mV", "r.yaml:6: noise: must be greater than or equal to 0"),
+    ("spec: 7", "spec: 1", "r.yaml:1: spec: must be 1: 7"),
+])
+def test_a_wrong_rig_is_refused_with_its_line(wrong: str, right: str, message: str) -> None:
+    assert message in refused(PLAIN.replace(right, wrong))
+
+
+@pytest.mark.parametrize(("text", "message"), [
+    ("fixed: [G3]\n", "r.yaml:7: fixed[0]: unknown parameter 'G3'"),
+    ("physics:\n  saturaton: {upper: 1 V}\n", "r.yaml:8: physics.saturaton: unknown physics 'saturaton'"),
+    ("physics:\n  saturation: {uper: 1 V}\n", "r.yaml:8: physics.saturation.uper: unknown parameter 'uper'"),
+    ("physics:\n  saturation: {upper: 1}\n", "r.yaml:8: physics.saturation.upper: a number without a unit"),
+    ("physics:\n  saturation: {}\n", "r.yaml:8: physics.saturation: physics without values; allowed: upper, lower"),
+    ("concealed:\n  saturation: {stage: G9, upper: 1 V}\n", "r.yaml:8: concealed.saturation.stage: unknown stage 'G9'"),
+    ("concealed:\n  saturation: {form: uper, upper: 1 V}\n", "did you mean 'upper'?"),
+    ("physics: [saturation]\n", "r.yaml:7: physics:"),
+])
+def test_wrong_physics_is_refused_with_its_line(text: str, message: str) -> None:
+    assert message in refused(PLAIN + text)
+
+
+def test_an_empty_file_says_how_a_rig_starts() -> None:
+    assert refused("") == "r.yaml: the file is empty; a rig file starts with 'spec: 1'"
