@@ -211,8 +211,8 @@ def _effect(finding: Finding) -> dict[str, Any]:
     return {
         "name": finding.id.replace("_", " "), "sentence": finding.sentence, "parameters": finding_lines(finding),
         "equation": finding.equation, "stage": finding.stage, "form": f", form {finding.form}" if finding.form else "",
-        "probability": _percent(finding.probability), "would_separate": finding.would_separate,
-        "others": [f"{o.id.replace('_', ' ')} in {o.stage} ({_percent(o.probability)})" for o in finding.could_also_be],
+        "probability": percent(finding.probability), "would_separate": finding.would_separate,
+        "others": [f"{o.id.replace('_', ' ')} in {o.stage} ({percent(o.probability)})" for o in finding.could_also_be],
     }  # fmt: skip
 
 
@@ -224,6 +224,6 @@ def _held_out(held: HeldOut) -> dict[str, str]:
     }  # fmt: skip
 
 
-def _percent(probability: float) -> str:
+def percent(probability: float) -> str:
     """Return a probability in words that never claim certainty."""
     return "over 99 %" if probability > 0.99 else "below 1 %" if probability < 0.01 else f"{100.0 * probability:.0f} %"

@@ -1,0 +1,139 @@
+"""How is a result told in plain words on a terminal?"""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from identify.natural_units import shown, shown_interval
+from identify.observe import rms
+from rig.units import show
+
+if TYPE_CHECKING:
+    from identify.explain.explanation import Explanation, Finding
+    from identify.identification import Identification
+    from rig.recorded import Recording
+    from rig.registry import Attached
+    from rig.session import Checked, Recorded
+    from rig.workflow import Simulated
+
+
+def checked(found: "Checked") -> Iterator[str]:
+    """Tell what would be played, and what it takes."""
+    plan, can = found.plan, found.capabilities
+    yield f"{plan.title}: accepted, nothing was output"
+    yield f"  question  {plan.question}"
+    yield f"  device    {found.address} ({found.identity})"
+    yield f"  samples   {plan.u.size} at {show(plan.rate_hz, 'Hz')}, {_time(plan.duration_s)}, steps: {len(plan.steps)}"
+    yield f"  levels    {plan.u.min():.6g} to {show(float(plan.u.max()), 'V')}, peak {show(plan.peak_v, 'V')}"
+    yield f"            limits {plan.limits.low_v:g} to {plan.limits.high_v:g} V, {_room(found)}"
+    yield f"  slew      {show(plan.slew_v_per_s, 'V/s')}{_slew_limit(plan.limits.slew_v_per_s)}"
+    yield f"  safe end  {show(plan.safe_level_v, 'V')} in {_time(plan.ramp_s)}"
+    yield f"  needs     {_size(plan.memory_bytes)} of memory, {_size(plan.disk_bytes)} of disk"
+    if can.buffer_samples is not None:
+        yield f"  buffer    {can.buffer_samples} samples in the device, {_time(can.buffer_samples / plan.rate_hz)}"
+    for note in plan.notes:
+        yield f"  note      {note}"
+
+
+def recorded(done: "Recorded") -> Iterator[str]:
+    """Tell how a run ended and where it is."""
+    total = done.recording.u.size
+    kept = f"{done.outcome.samples} of {total} samples kept"
+    yield f"{done.path}: {f'all {total} samples recorded' if done.outcome.complete else kept}"
+    yield from (f"  {event.kind}: {event.text}" for event in done.outcome.events if event.kind != "safe")
+
+
+def imported(recording: "Recording", path: str) -> Iterator[str]:
+    """Tell what a table became."""
+    first = "at rest" if recording.initial == "rest" else "in motion"
+    length = _time(recording.u.size / recording.rate_hz)
+    yield f"{path}: {recording.u.size} samples at {show(recording.rate_hz, 'Hz')}, {length}"
+    yield f"  u {recording.u.min():.6g} to {recording.u.max():.6g} V, {recording.intersample} between samples"
+    yield f"  y {recording.y.min():.6g} to {recording.y.max():.6g} V, {first} at the first sample"
+
+
+def devices(found: "tuple[Attached, ...]") -> Iterator[str]:
+    """Tell what is attached, by identity."""
+    yield from (f"{one.address}  {one.identity or one.problem}" for one in found)
+
+
+def simulated(played: "Simulated") -> Iterator[str]:
+    """Tell how far a model's answer lies from the recording."""
+    good = slice(None) if played.trace.valid is None else played.trace.valid
+    off, span = rms((played.trace.y - played.answer)[good]), rms((played.trace.y - played.trace.y.mean())[good])
+    yield f"{played.trace.name}: {played.model.title} from rest, {played.trace.size} samples"
+    yield f"  recording minus model {shown(off, 'V')} rms; y varies by {shown(span, 'V')} rms"
+
+
+def identified(found: "Identification") -> Iterator[str]:
+    """Tell which rig it was, how sure that is, and what cannot be told."""
+    from identify.report import identification_sentence
+
+    yield identification_sentence(found)
+    if found.borders:
+        yield "  backlash, normalised so that G1(0) = G2(0) = 1:"
+    for name, interval in found.borders.items():
+        yield f"    {name}  {shown_interval(interval, 'V' if name.startswith('D') else 'V/V')}"
+    for name, block in (("G1", found.model.g1), ("G2", found.model.g2)):
+        yield f"  {name}  num {_coefficients(block.num)}, den {_coefficients(block.den)}{_delay(block.dead_time_s)}"
+    yield f"  fit {found.fit_percent:.4g} % of the variation of y; noise from {found.noise.origin}"
+    yield from (f"  cannot be told: {i.what}, because {i.because}; {i.fixed_by}" for i in found.not_identifiable)
+    yield from (f"  warning: {text}" for text in found.warnings)
+
+
+def explained(told: "Explanation") -> Iterator[str]:
+    """Tell the verdict, the place, the physics, the doubt and the proof."""
+    yield f"{told.verdict.replace('_', ' ').upper()}. {told.sentence}"
+    noise = told.noise.rms_v
+    yield (f"  mismatch {shown(told.mismatch_v, 'V', 3)} rms, {told.mismatch_v / noise:.3g} x the noise of "
+           f"{shown(noise, 'V', 3)} (from {told.noise.origin})")
+    if told.location:
+        yield f"  where    stage {told.location.stage}: {told.location.sentence}"
+    for finding in told.effects:
+        yield from _finding(finding)
+    before, after = told.held_out.residuals.before_v, told.held_out.residuals.after_v
+    yield (f"  proof    held out ({', '.join(told.held_out.runs) or told.held_out.how}): "
+           f"{shown(before, 'V')} before, {shown(after, 'V')} after, noise {shown(noise, 'V')}")
+    yield f"  remains  {told.remaining.sentence}"
+    yield from (f"  warning  {text}" for text in told.warnings)
+
+
+def _finding(finding: "Finding") -> Iterator[str]:
+    """Tell one piece of physics."""
+    from identify.report import finding_lines, percent
+
+    yield f"  what     {finding.id} in {finding.stage} ({percent(finding.probability)}): {finding.sentence}"
+    yield from (f"             {name}  {value}" for name, value in finding_lines(finding))
+    if finding.could_also_be:
+        others = ", ".join(f"{o.id} in {o.stage} ({percent(o.probability)})" for o in finding.could_also_be)
+        yield f"           could also be {others}"
+    if finding.would_separate:
+        yield f"           would separate: {finding.would_separate}"
+
+
+def _time(seconds: float) -> str:
+    """Return a duration as a bench operator says it."""
+    if seconds < 120.0:
+        return shown(seconds, "s")
+    return f"{seconds / 60.0:.1f} min" if seconds < 7200.0 else f"{seconds / 3600.0:.1f} h"
+
+
+def _size(count: int) -> str:
+    return f"{count / 1e6:.1f} MB" if count >= 1e5 else f"{count / 1e3:.1f} kB"
+
+
+def _room(found: "Checked") -> str:
+    """Return how much of the device's range the plan uses."""
+    can = found.capabilities
+    return f"device {can.output_low_v:g} to {can.output_high_v:g} V in steps of {shown(can.output_lsb_v, 'V', 3)}"
+
+
+def _slew_limit(limit_v_per_s: float | None) -> str:
+    return "" if limit_v_per_s is None else f", limit {show(limit_v_per_s, 'V/s')}"
+
+
+def _coefficients(values: tuple[float, ...]) -> str:
+    return "[" + ", ".join(f"{value:.6g}" for value in values) + "]"
+
+
+def _delay(seconds: float) -> str:
+    return f", dead time {shown(seconds, 's')}" if seconds else ""

@@ -1,0 +1,34 @@
+"""What will a protocol look like on the bench, before it is played?"""
+
+from pathlib import Path
+
+import numpy as np
+
+from identify.drawing import AFTER, INK, PALE, draw_signal, new_figure, page_style
+from rig.errors import FileError
+from rig.plan import Plan
+
+MOST_NAMES = 12
+
+
+def draw_plan(plan: Plan, path: str | Path) -> None:
+    """Draw the samples of a plan over time between its limits, steps named; raise FileError when it cannot be written.
+
+    The suffix of ``path`` says the kind of picture: png, svg, pdf.
+    """
+    with page_style():
+        figure, (ax,) = new_figure(1, 1, 3.2)
+        time = np.arange(plan.u.size) / plan.rate_hz
+        draw_signal(ax, time, plan.u, AFTER, "u")
+        for level in (plan.limits.low_v, plan.limits.high_v):
+            ax.axhline(level, color="#c23b3b", linestyle="--", linewidth=0.9)
+        for step in plan.steps[:MOST_NAMES] if len(plan.steps) <= MOST_NAMES else ():
+            ax.axvline(step.start / plan.rate_hz, color=PALE, linewidth=0.8)
+            ax.annotate(step.label, (step.start / plan.rate_hz, plan.limits.high_v), xytext=(2, -9),
+                        textcoords="offset points", fontsize=7, color=INK)  # fmt: skip
+        ax.set(xlabel="time in s", ylabel="u in V", title=f"{plan.title} (limits dashed)")
+        try:
+            figure.savefig(path, dpi=120)
+        except (OSError, ValueError) as error:
+            raise FileError("the preview cannot be written", where=str(path), value=str(error).splitlines()[0],
+                            allowed="a file .png, .svg or .pdf") from error

@@ -1,0 +1,118 @@
+"""How does a protocol become a recording: planned for one device, proven there, played, kept?"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import protocols
+from rig import registry, runner
+from rig.device import Capabilities, Device, Identity
+from rig.errors import RefusedError
+from rig.plan import Plan
+from rig.plan import plan as draw
+from rig.protocol import Protocol, read_protocol
+from rig.recorded import Equipment, Recording
+from rig.recording import Writer
+from rig.yamlfile import parse_yaml
+
+RATE_MAY_GIVE = 1e-2
+"""Relative; a clock that makes a rate this near plays the protocol at its own rate, and says so."""
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A protocol proven on a device: nothing was output, and everything that can be refused was not."""
+
+    plan: Plan
+    address: str
+    identity: Identity
+    capabilities: Capabilities
+    asked_rate_hz: float
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A run that was played: where its recording is, and how it ended."""
+
+    path: Path
+    recording: Recording
+    outcome: runner.Outcome
+
+
+def shipped(name: str | Path) -> Path:
+    """Return the file ``name`` as given, or among the protocols and rigs that come with the program."""
+    folder = Path(protocols.__path__[0])
+    inside = Path(*Path(name).parts[1:]) if Path(name).parts[:1] == (folder.name,) else Path(name)
+    return next((path for path in (Path(name), folder / inside) if path.is_file()), Path(name))
+
+
+def check(protocol_path: str | Path, address: str | None = None) -> Checked:
+    """Prove a protocol on a device without output; raise FileError, RefusedError, UsageError or DeviceError."""
+    protocol = read_protocol(shipped(protocol_path))
+    address = address or usual_address(protocol)
+    with registry.connect(address) as device:
+        return _checked(protocol, address, device)
+
+
+def record(
+    protocol_path: str | Path, address: str | None, out: str | Path, progress: runner.Progress, overwrite: bool = False,
+) -> Recorded:
+    """Play a protocol and keep what comes back at ``out``; however the run ends, the output is left safe.
+
+    Raises what ``check`` raises, before any output; a failure in the run is told in the outcome.
+    """
+    protocol = read_protocol(shipped(protocol_path))
+    address = address or usual_address(protocol)
+    with registry.connect(address) as device:
+        checked = _checked(protocol, address, device)
+        u = device.quantise(checked.plan.u)
+        with Writer(out, checked.plan, _equipment(checked), u, overwrite) as writer:
+            outcome = runner.run(checked.plan, device, writer, progress)
+            recording = writer.finish(outcome.complete, outcome.reason, outcome.events)
+    return Recorded(Path(out), recording, outcome)
+
+
+def usual_address(protocol: Protocol) -> str:
+    """Return the device a protocol is played on when none is named: its own, or the loopback with its rig."""
+    return protocol.device or f"loopback:{protocol.rig_path or ''}"
+
+
+def _checked(protocol: Protocol, address: str, device: Device) -> Checked:
+    """Return the protocol planned at a rate the device makes, and accepted by it."""
+    with _blamed_on(protocol, "acquisition", "rate"):
+        rate = device.achievable_rate(protocol.rate_hz)
+        if abs(rate / protocol.rate_hz - 1.0) > RATE_MAY_GIVE:
+            raise RefusedError("the device's clock cannot make this rate", value=f"{protocol.rate_hz:g} Hz",
+                               allowed=f"{rate:g} Hz is the nearest", do="change acquisition.rate")
+    plan = draw(protocol, rate)
+    with _blamed_on(protocol):
+        device.check(plan.u, plan.rate_hz, plan.limits, plan.safe_level_v)
+    if rate != protocol.rate_hz:
+        note = f"the device's clock makes {rate:.9g} Hz in place of {protocol.rate_hz:.9g} Hz"
+        plan = replace(plan, notes=(*plan.notes, note))
+    return Checked(plan, address, device.identity(), device.capabilities(), protocol.rate_hz)
+
+
+@contextmanager
+def _blamed_on(protocol: Protocol, *keys: str) -> Iterator[None]:
+    """Name file, line and key in a refusal by a device, which knows neither."""
+    try:
+        yield
+    except RefusedError as error:
+        if error.where is not None:
+            raise
+        where = parse_yaml(protocol.text, protocol.path).at(*keys)
+        raise RefusedError(error.what, where=where, value=error.value, allowed=error.allowed, do=error.do) from error
+
+
+def _equipment(checked: Checked) -> Equipment:
+    """Return who recorded a run, and the settings it was recorded with."""
+    can, identity = checked.capabilities, checked.identity
+    settings = {
+        "rate": f"{checked.plan.rate_hz!r} Hz",
+        "output_range": f"{can.output_low_v:g} to {can.output_high_v:g} V", "output_bits": str(can.output_bits),
+        "input_range": f"{can.input_low_v:g} to {can.input_high_v:g} V", "input_bits": str(can.input_bits),
+    }
+    return Equipment(checked.address, identity.model, identity.serial, identity.firmware, settings)
+

@@ -1,0 +1,180 @@
+"""How do recordings become an answer: the one module that sees both the files of the bench and the identification."""
+
+import io
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from identify.trace import Array, Trace
+from rig.errors import FileError, MisfitError, UsageError
+from rig.outputs import json_text
+from rig.provenance import software
+from rig.recorded import Recording
+from rig.recording import read
+from rig.rigfile import RigFile, model_to_dict, model_to_yaml, parse_rig, read_rig
+from rig.session import shipped
+
+if TYPE_CHECKING:
+    from identify.explain.explanation import Explanation
+    from identify.identification import Identification
+    from identify.model import Model
+    from identify.report import Imprint
+
+Progress = Callable[[str, float], None]
+"""Told what is being done, and which share of the whole is over."""
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Recordings as identification sees them, under distinct names, and the plain model to start from."""
+
+    traces: tuple[Trace, ...]
+    held_out: tuple[Trace, ...]
+    model: "Model"
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """A recording and a model's answer to its input, V."""
+
+    trace: Trace
+    model: "Model"
+    answer: Array
+
+
+def load(paths: Sequence[str | Path], rig: str | Path | None = None, hold_out: Sequence[str | Path] = ()) -> Runs:
+    """Read recordings and their rig; those under ``hold_out`` are taken out of ``paths`` where they stand there too.
+
+    Raises FileError for a recording or rig that cannot be used, UsageError when nothing is left to fit.
+    """
+    held = _distinct(hold_out)
+    kept = [path for path in _distinct(paths) if path.resolve() not in {other.resolve() for other in held}]
+    if not kept:
+        raise UsageError("no run is left to fit", value=f"{len(held)} held out", do="hold out fewer of the runs")
+    recordings = {path: read(path) for path in (*kept, *held)}
+    found = _rig(recordings, rig)
+    traces = _named_apart([recording.trace() for recording in recordings.values()])
+    return Runs(tuple(traces[: len(kept)]), tuple(traces[len(kept) :]), found.model)
+
+
+def identify_runs(runs: Runs, progress: Progress | None = None) -> "Identification":
+    """Return which rig made the recordings; raise FileError when they cannot tell."""
+    from identify.joint import identify
+
+    with _unusable(runs):
+        return identify(runs.model, (*runs.traces, *runs.held_out), progress)
+
+
+def explain_runs(runs: Runs, progress: Progress | None = None) -> "Explanation":
+    """Return why simulation and recordings differ; raise FileError when the recordings cannot tell."""
+    from identify.explain import explain
+
+    with _unusable(runs):
+        return explain(runs.model, runs.traces, runs.held_out, progress)
+
+
+def improved(runs: Runs, told: "Explanation") -> Runs:
+    """Return the same recordings with the improved model as the one to start from."""
+    return replace(runs, model=told.model)
+
+
+def identification_html(found: "Identification") -> str:
+    """Return the page of ``rig identify``."""
+    from identify.report import identification_page
+
+    return identification_page(found, _imprint(found.model))
+
+
+def explanation_html(runs: Runs, told: "Explanation", found: "Identification | None" = None) -> str:
+    """Return the page of ``rig explain``; the improved model is identified for it where ``found`` does not say it."""
+    from identify.report import explanation_page
+
+    with suppress(FileError):  # a page without the staircase is better than none
+        found = found or identify_runs(improved(runs, told))
+    return explanation_page(told, found, _imprint(told.model))
+
+
+def simulate(path: str | Path, rig: str | Path | None = None) -> Simulated:
+    """Return a model's answer, from rest, to the input of a recording; raise FileError."""
+    from identify.chain import simulate as answer
+    from identify.effects import chain_of
+    from identify.simulate import SUBSTEPS
+
+    runs = load([path], rig)
+    trace = runs.traces[0]
+    with _unusable(runs):
+        return Simulated(trace, runs.model, answer(chain_of(runs.model, trace.intersample), trace, SUBSTEPS))
+
+
+def simulated_csv(played: Simulated) -> str:
+    """Return a simulation as a table: time in s; u, recorded and simulated y in V."""
+    trace = played.trace
+    time = trace.start_s + np.arange(trace.size) / trace.rate_hz
+    table = io.StringIO()
+    columns = np.column_stack((time, trace.u, trace.y, played.answer))
+    np.savetxt(table, columns, delimiter=",", header="time_s,u_V,y_V,simulated_V", comments="", fmt="%.9g")
+    return table.getvalue()
+
+
+def answer_json(found: "Identification | Explanation") -> str:
+    """Return an answer as the JSON of the charter, the model in the form of a rig file."""
+    return json_text({**found.to_dict(), "model": model_to_dict(found.model)})
+
+
+def _imprint(model: "Model") -> "Imprint":
+    """Return what stands on every page beside the answer."""
+    from identify.report import Imprint
+
+    return Imprint(model_to_yaml(model), software())
+
+
+def _distinct(paths: Sequence[str | Path]) -> list[Path]:
+    """Return the paths without those that name a file twice."""
+    return list({Path(path).resolve(): Path(path) for path in paths}.values())
+
+
+def _rig(recordings: dict[Path, Recording], rig: str | Path | None) -> RigFile:
+    """Return the rig named, or else the one that the recordings themselves carry; raise FileError."""
+    if rig is not None:
+        return read_rig(shipped(rig))
+    carried = {recording.rig_text: path for path, recording in recordings.items() if recording.rig_text.strip()}
+    if not carried:
+        raise FileError("no rig is known for these recordings", where=", ".join(map(str, recordings)),
+                        do="name the plain model with --rig RIG.yaml")
+    if len(carried) > 1:
+        raise FileError("the recordings carry different rigs", where=", ".join(map(str, carried.values())),
+                        do="name the one that is meant with --rig RIG.yaml")
+    text, path = next(iter(carried.items()))
+    return parse_rig(text, f"{path} (the rig in it)")
+
+
+def _named_apart(traces: Sequence[Trace]) -> list[Trace]:
+    """Return the traces with ``-2``, ``-3`` ... behind a name that came before."""
+    taken = {trace.name for trace in traces}
+    seen: Counter[str] = Counter()
+    apart = []
+    for trace in traces:
+        seen[trace.name] += 1
+        name, number = trace.name, seen[trace.name]
+        while number > 1 and name in taken:
+            name, number = f"{trace.name}-{number}", number + 1
+        taken.add(name)
+        apart.append(replace(trace, name=name))
+    return apart
+
+
+@contextmanager
+def _unusable(runs: Runs) -> Iterator[None]:
+    """Turn the sentence with which identification refuses data into an error about the files."""
+    try:
+        yield
+    except MisfitError:
+        raise
+    except ValueError as error:
+        names = ", ".join(trace.name for trace in (*runs.traces, *runs.held_out))
+        raise FileError(str(error), where=names) from error
