@@ -69,11 +69,6 @@ def soft_saturation_upper(w: Array, scene: Scene) -> Array:
     return np.where(w > 0.0, soft_saturation(w, scene), w)
 
 
-def soft_saturation_lower(w: Array, scene: Scene) -> Array:
-    """Compress only negative w."""
-    return np.where(w < 0.0, soft_saturation(w, scene), w)
-
-
 def diode_clamp(w: Array, scene: Scene) -> Array:
     """Load positive w by a chain of diodes behind a resistor: w = w' + drop (exp(w' / knee) - 1), all in V.
 
@@ -199,7 +194,6 @@ def dead_time(x: Array, scene: Scene) -> Array:
 WHERE: dict[str, tuple[Place, Change]] = {
     "hum at G1": ("v", hum_at_v),
     "extra_pole in G1": ("v", extra_pole),
-    "resonance in G1": ("v", resonance),
     "leak": ("play", leak),
     "bias current": ("play", bias_current),
     "curved_border": ("play", curved_border),
@@ -207,7 +201,6 @@ WHERE: dict[str, tuple[Place, Change]] = {
     "saturation": ("w", saturation),
     "soft_saturation": ("w", soft_saturation),
     "soft_saturation, upper": ("w", soft_saturation_upper),
-    "soft_saturation, lower": ("w", soft_saturation_lower),
     "diode_clamp": ("w", diode_clamp),
     "slew_limit": ("w", slew_limit),
     "absorption": ("w", absorption),
