@@ -33,7 +33,7 @@ class SerialFirmware:
         """Power up; ``seed`` and the count of runs choose the noise."""
         self._model, self._seed, self._beat_s = model, seed, beat_s
         self._reader, self._out = FrameReader(), bytearray()
-        self._runs, self._next_beat_s = 0, 0.0
+        self._runs, self._next_beat_s, self._heard_s = 0, 0.0, 0.0
         self._live = self._draining = self._gap = False
         self._last: tuple[int, bytes] | None = None
 
@@ -46,6 +46,7 @@ class SerialFirmware:
         """Act on the bytes that arrived."""
         for frame in self._reader.feed(data):
             self._model.heard(now_s)
+            self._heard_s = now_s
             try:
                 self._take(frame, now_s)
             except ValueError:
@@ -137,7 +138,8 @@ class SerialFirmware:
         """Send the status, to be followed by the samples read until now."""
         self._send(Kind.STATUS, 0, self._status().pack())
         self._next_beat_s = now_s + self._beat_s
-        deserted = self._model.watchdog_tripped and self._model.sent == self._model.played
+        silent_s = now_s - self._heard_s
+        deserted = silent_s > self._model.hardware.watchdog_s and self._model.sent == self._model.played
         self._gap, self._live, self._draining = False, not deserted, True
 
     def _drain(self) -> None:

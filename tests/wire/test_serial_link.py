@@ -1,0 +1,216 @@
+"""Does the host keep question and answer together on a link that answers late, wrongly or not at all?"""
+
+import os
+import pty
+import threading
+import time
+import tty
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+
+import pytest
+
+from drivers.framing import Frame, FrameReader, encode
+from drivers.serial_daq import SerialDaq
+from drivers.serial_link import SerialLink
+from drivers.serial_messages import Kind
+from rig.errors import DeviceError, UsageError
+from rig.registry import connect
+
+WHO = "OK\nprotocol=1\nmodel=peer\nserial=7\nfirmware=1"
+CAN = ("OK\noutput_low_v=-10\noutput_high_v=10\ninput_low_v=-10\ninput_high_v=10\noutput_bits=12\ninput_bits=10\n"
+       "min_rate_hz=1\nmax_rate_hz=1000\nclock_hz=16e6\noutput_fifo=512\ninput_fifo=512\nhistory=512\nwatchdog_s=1")
+Answer = Callable[[str], tuple[float, str | None]]
+
+
+def plain(command: str) -> tuple[float, str | None]:
+    return 0.0, {"ID?": WHO, "CAP?": CAN}.get(command, f"OK\nsaid={command}")
+
+
+@contextmanager
+def peer(answer: Answer, prelude: bytes = b"") -> Iterator[str]:
+    """Give the path of a pty where ``answer`` says how late, and what, the reply to a command is."""
+    master, slave = pty.openpty()
+    tty.setraw(slave)
+    over = threading.Event()
+    thread = threading.Thread(target=_answer, args=(master, answer, prelude, over))
+    thread.start()
+    try:
+        yield os.ttyname(slave)
+    finally:
+        over.set()
+        thread.join()
+        os.close(slave)
+        with suppress(OSError):
+            os.close(master)
+
+
+def _answer(master: int, answer: Answer, prelude: bytes, over: threading.Event) -> None:
+    os.set_blocking(master, False)
+    reader, due = FrameReader(), []
+    while not over.wait(0.002):
+        with suppress(BlockingIOError):
+            for frame in reader.feed(os.read(master, 4096)):
+                late_s, text = answer(frame.payload.decode())
+                if text is not None:
+                    due.append((time.monotonic() + late_s, frame.number, text))
+        for item in [item for item in due if item[0] <= time.monotonic()]:
+            due.remove(item)
+            os.write(master, prelude + encode(Frame(Kind.REPLY, item[1], item[2].encode())))
+
+
+@pytest.fixture(autouse=True)
+def _impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drivers.serial_link.REPLY_S", 0.1)
+    monkeypatch.setattr("drivers.serial_daq.GREETING_S", 0.3)
+
+
+def once(command: str, late_s: float) -> Answer:
+    """Answer ``command`` late the first time it is asked three times, everything else at once."""
+    asked = []
+
+    def answer(said: str) -> tuple[float, str | None]:
+        asked.append(said)
+        late = said == command and asked.count(command) <= 3
+        return (late_s if late else 0.0), plain(said)[1]
+
+    return answer
+
+
+def test_a_late_reply_is_never_taken_for_another_ones() -> None:
+    with peer(once("ONE", 0.35)) as path:
+        link = SerialLink(path, 115200)
+        with pytest.raises(DeviceError, match="no answer"):
+            link.ask("ONE")
+        assert link.ask("TWO") == "said=TWO"
+        time.sleep(0.4)
+        assert link.ask("THREE") == "said=THREE"
+        assert link.ask("ONE") == "said=ONE"
+        link.close()
+
+
+def test_after_a_time_out_the_identity_is_asked_before_anything_else() -> None:
+    asked: list[str] = []
+
+    def answer(command: str) -> tuple[float, str | None]:
+        asked.append(command)
+        return 0.0, None if command == "DEAF" else plain(command)[1]
+
+    with peer(answer) as path:
+        link = SerialLink(path, 115200)
+        assert link.introduce(0.3) == WHO.removeprefix("OK\n")
+        with pytest.raises(DeviceError, match="no answer"):
+            link.ask("DEAF")
+        link.ask("NEXT")
+        link.ask("AFTER")
+        link.close()
+    assert asked == ["ID?", "DEAF", "DEAF", "DEAF", "ID?", "NEXT", "AFTER"]
+
+
+def test_another_device_in_the_place_of_the_first_is_refused() -> None:
+    names = iter(["7", "8", "8"])
+
+    def answer(command: str) -> tuple[float, str | None]:
+        if command == "ID?":
+            return 0.0, WHO.replace("serial=7", f"serial={next(names)}")
+        return 0.0, None
+
+    with peer(answer) as path:
+        link = SerialLink(path, 115200)
+        link.introduce(0.3)
+        with pytest.raises(DeviceError, match="no answer"):
+            link.ask("DEAF")
+        with pytest.raises(DeviceError, match="another device answers"):
+            link.ask("NEXT")
+        link.close()
+
+
+def test_a_command_whose_first_reply_is_lost_is_asked_again_under_its_number() -> None:
+    asked: list[str] = []
+
+    def answer(command: str) -> tuple[float, str | None]:
+        asked.append(command)
+        return 0.0, None if len(asked) == 1 else plain(command)[1]
+
+    with peer(answer) as path:
+        link = SerialLink(path, 115200)
+        assert link.ask("GO") == "said=GO"
+        link.close()
+    assert asked == ["GO", "GO"]
+
+
+def test_garbage_before_every_reply_does_no_harm() -> None:
+    with peer(plain, prelude=b"\n*** boot ***\xa5\x5a\x01") as path, connect(f"serial:{path}?baud=115200") as device:
+        assert str(device.identity()) == "peer serial 7 firmware 1"
+        assert device.capabilities().output_bits == 12
+
+
+def test_a_port_that_says_nothing_is_no_device() -> None:
+    with peer(lambda command: (0.0, None)) as path, pytest.raises(DeviceError, match=r"no answer.*ID.*baud rate"):
+        connect(f"serial:{path}")
+
+
+@pytest.mark.parametrize(("change", "message"), [
+    (("protocol=1", "protocol=99"), "speaks another protocol: 99"),
+    (("output_fifo=512\n", ""), "does not tell its output_fifo"),
+    (("output_bits=12", "output_bits=twelve"), "describes itself badly"),
+    (("OK\noutput_low_v", "ERROR busy\noutput_low_v"), "refused: 'CAP\\?': ERROR busy"),
+])
+def test_a_device_that_describes_itself_badly_is_refused(change: tuple[str, str], message: str) -> None:
+    def answer(command: str) -> tuple[float, str | None]:
+        return 0.0, {"ID?": WHO, "CAP?": CAN}[command].replace(*change)
+
+    with peer(answer) as path:
+        with pytest.raises(DeviceError, match=message):
+            connect(f"serial:{path}")
+        with pytest.raises(DeviceError, match=message):  # and not for the port being held by the first attempt
+            connect(f"serial:{path}")
+
+
+def test_a_level_that_is_no_number_is_refused() -> None:
+    with peer(plain) as path, connect(f"serial:{path}") as device, pytest.raises(DeviceError, match="tells no level"):
+        device.level_v()
+
+
+def test_a_device_that_does_not_get_to_the_safe_level_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drivers.serial_daq.CONFIRM_S", 0.1)
+
+    def answer(command: str) -> tuple[float, str | None]:
+        return 0.0, "OK\nlevel_v=4.5\nstate=idle" if command == "LEVEL?" else plain(command)[1]
+
+    with peer(answer) as path, connect(f"serial:{path}") as device, \
+            pytest.raises(DeviceError, match=r"did not reach the level: 4\.5 V.*switch the rig off by hand"):
+        device.safe(0.0, 0.0)
+
+
+def test_a_port_that_is_not_there_is_told_with_what_to_do() -> None:
+    with pytest.raises(DeviceError, match=r"/dev/nowhere: the port cannot be opened.*rig devices"):
+        connect("serial:/dev/nowhere")
+
+
+def test_a_link_that_is_torn_is_told_as_such() -> None:
+    master, slave = pty.openpty()
+    link = SerialLink(os.ttyname(slave), 115200)
+    os.close(slave)
+    os.close(master)
+    with pytest.raises(DeviceError, match="the link to the device is gone"):
+        link.ask("ID?")
+    link.close()
+
+
+@pytest.mark.parametrize(("address", "message"), [
+    ("serial:", "no port"), ("serial:/dev/null?speed=3", "unknown option"), ("serial:/dev/null?baud=0", "baud=N"),
+])
+def test_an_address_with_a_mistake_is_refused(address: str, message: str) -> None:
+    with pytest.raises(UsageError, match=message):
+        connect(address)
+
+
+def test_only_usb_ports_are_taken_for_candidates(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Port:
+        def __init__(self, device: str, vid: int | None) -> None:
+            self.device, self.vid = device, vid
+
+    ports = [Port("/dev/ttyUSB0", 0x403), Port("/dev/ttyS0", None), Port("/dev/ttyACM1", 0x2341)]
+    monkeypatch.setattr("drivers.serial_daq.list_ports.comports", lambda: ports)
+    assert SerialDaq.attached() == ("/dev/ttyACM1", "/dev/ttyUSB0")
