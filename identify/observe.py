@@ -12,7 +12,7 @@ from identify.trace import Array, Mask, Trace
 FINEST = 16
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Observation:
     """One trace with ``use`` (N,) True where a residual counts, and the noise of one sample in V."""
 
@@ -64,4 +64,4 @@ def refined(observation: Observation, chain: Chain) -> Observation:
         if energy < 1.0:
             break
         current, substeps = finer, 2 * substeps
-    return replace(observation, substeps=substeps)
+    return observation if substeps == observation.substeps else replace(observation, substeps=substeps)

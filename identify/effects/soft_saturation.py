@@ -23,8 +23,8 @@ class SoftSaturation(Effect):
     id = "soft_saturation"
     title = "soft compression"
     equation = (
-        "tanh: w' = level tanh(w / level); diode: w' = w - (1 - slope) knee (ln(1 + exp((|w| - level) / knee)) - "
-        "ln(1 + exp(-level / knee))) on the sides named"
+        "tanh: w' = level tanh(w / level), on the sides named; diode (upper): w' = w - (1 - slope) knee "
+        "(ln(1 + exp((w - level) / knee)) - ln(1 + exp(-level / knee))), lower: the same of -w"
     )
     sentence = "Something in F compresses large levels smoothly, as a diode or an overdriven stage does: {}."
     axis = "level of w"
@@ -46,11 +46,12 @@ class SoftSaturation(Effect):
     def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
         """Return the law at work on the sides the form names."""
         law, _, side = self.form.partition(" ")
-        bend = _tanh if law == "tanh" else _diode
         if side == "both":
-            return memoryless(lambda w: bend(w, *values), shape)
+            return memoryless(lambda w: _tanh(w, *values), shape)
         sign = 1.0 if side == "upper" else -1.0
-        return memoryless(lambda w: np.where(sign * w > 0.0, sign * bend(sign * w, *values), w), shape)
+        if law == "diode":
+            return memoryless(lambda w: sign * _diode(sign * w, *values), shape)
+        return memoryless(lambda w: np.where(sign * w > 0.0, _tanh(w, *values), w), shape)
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the levels, tried from a third to three times the range of w, that explain most."""

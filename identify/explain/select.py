@@ -5,7 +5,7 @@ the most promising ones jointly with the plain parameters, and takes the best if
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import log
 
 import numpy as np
@@ -14,12 +14,14 @@ from identify.chain import Chain
 from identify.effects.effect import Effect, short
 from identify.evidence import Candidate, Evidence, candidates
 from identify.fit import Fit, chi_squared, fit
-from identify.observe import Observation
+from identify.observe import Observation, refined
 
 MOST_EFFECTS = 4
 FITTED_A_ROUND = 5
 PROMISING = 0.2  # share of the best promise below which a candidate is not fitted
-QUICK, PATIENT = 12, 40  # iterations of a fit that is compared, and of one that is kept
+WORTH = 0.2  # share of the remaining misfit an effect must explain: less is what any wrong effect absorbs
+NOISE_KNOWN = 0.01  # how well the noise's variance is known; misfit below this is not told from noise
+ITERATIONS = 40
 
 Note = Callable[[str, float], None]
 
@@ -39,26 +41,26 @@ class Hypothesis:
         return len(self.fit.coordinates)
 
     @property
-    def spread(self) -> float:
-        """Return the residual variance over the noise's, at least one."""
-        return max(self.chi2 / self.count, 1.0)
+    def misfit(self) -> float:
+        """Return the residual variance over the noise's, less one: what noise does not account for."""
+        return self.chi2 / self.count - 1.0
 
     @property
     def names(self) -> tuple[str, ...]:
         """Return the ids."""
         return tuple(effect.id for effect in self.effects)
 
-    def price(self, other: "Hypothesis") -> float:
-        """Return what Schwarz's criterion asks chi-squared to fall by for the parameters this one has more."""
-        return (self.parameters - other.parameters) * log(self.count)
-
-    def better_than(self, other: "Hypothesis") -> bool:
-        """Return whether this hypothesis pays for its parameters; misfit that remains counts as noise."""
-        return self.advantage(other) > 0.0
-
     def advantage(self, other: "Hypothesis") -> float:
-        """Return by how much the criterion prefers this hypothesis (twice a log posterior odds)."""
-        return (other.chi2 - self.chi2) / min(self.spread, other.spread) - self.price(other)
+        """Return by how much Schwarz's criterion prefers this hypothesis: twice a log of posterior odds.
+
+        The residual variance is taken as unknown, so that what neither hypothesis explains counts as noise.
+        """
+        fall = self.count * log(other.chi2 / self.chi2)
+        return fall - (self.parameters - other.parameters) * log(self.count)
+
+    def share(self, other: "Hypothesis") -> float:
+        """Return which share of what ``other`` leaves beyond the noise this hypothesis explains."""
+        return (other.chi2 - self.chi2) / max(other.chi2 - other.count, NOISE_KNOWN * other.count)
 
 
 @dataclass(frozen=True)
@@ -70,9 +72,9 @@ class Bench:
     fixed: tuple[str, ...]
     kinds: tuple[type[Effect], ...]
 
-    def fitted(self, chain: Chain, effects: Sequence[Effect], iterations: int = PATIENT) -> Hypothesis:
+    def fitted(self, chain: Chain, effects: Sequence[Effect]) -> Hypothesis:
         """Fit a chain from its own values, with the priors of the plain parameters at the rig file's."""
-        found = fit(chain, self.observations, self.plain.values, self.fixed, iterations)
+        found = fit(chain, self.observations, self.plain.values, self.fixed, ITERATIONS)
         chi2 = sum(chi_squared(found.chain, o) for o in self.observations)
         return Hypothesis(tuple(effects), found, chi2, sum(o.count for o in self.observations))
 
@@ -84,24 +86,15 @@ class Bench:
         known = {k: v for k, v in values.items() if k.partition("[")[0] in chain.values}
         return chain.with_values(known)
 
-    def rounds(self, start: Hypothesis, note: Note) -> list["Round"]:
-        """Add effects one by one while each pays for itself; return what every round considered."""
-        found: list[Round] = []
-        best = start
-        for number in range(MOST_EFFECTS):
-            note(f"screening effects, round {number + 1}", 0.2 + 0.15 * number)
-            this = self.round(best)
-            found.append(this)
-            if this.best is None:
-                break
-            best = this.best
-        return found
+    def refined(self, chain: Chain) -> "Bench":
+        """Return the bench with grids fine enough for ``chain``."""
+        return replace(self, observations=tuple(refined(o, chain) for o in self.observations))
 
     def round(self, base: Hypothesis) -> "Round":
         """Screen all effects on the residual of ``base`` and fit those that promise most."""
         evidence = Evidence(base.fit, self.observations)
         screened = candidates(evidence, self.kinds)
-        tried = [self.extended(base, candidate) for candidate in promising(screened, base)]
+        tried = [self.extended(base, candidate) for candidate in promising(screened, base, len(self.observations))]
         return Round(base, tuple(screened), tuple(sorted(tried, key=lambda h: -h.advantage(base))))
 
     def extended(self, base: Hypothesis, candidate: Candidate) -> Hypothesis:
@@ -135,19 +128,41 @@ class Round:
 
     @property
     def best(self) -> Hypothesis | None:
-        """Return the hypothesis that wins the round, None when none pays for itself."""
-        return self.tried[0] if self.tried and self.tried[0].better_than(self.base) else None
+        """Return the hypothesis that wins the round, None when none pays for itself or is worth naming."""
+        winner = self.tried[0] if self.tried else None
+        if winner is None or winner.advantage(self.base) <= 0.0:
+            return None
+        return winner if winner.share(self.base) > WORTH else None
 
 
-def promising(screened: Sequence[Candidate], base: Hypothesis) -> list[Candidate]:
+def selected(bench: Bench, start: Hypothesis, note: Note) -> tuple[Bench, Hypothesis, list[Round]]:
+    """Add effects one by one while each pays for itself, then drop those the others made superfluous.
+
+    Returns the bench on the grids the winner needs, the winner, and what every round considered.
+    """
+    rounds: list[Round] = []
+    best = start
+    for number in range(MOST_EFFECTS):
+        note(f"trying effects, round {number + 1}", 0.15 + 0.15 * number)
+        this = bench.round(best)
+        rounds.append(this)
+        if this.best is None:
+            break
+        finer = bench.refined(this.best.fit.chain)
+        changed = finer.observations != bench.observations
+        bench, best = finer, finer.fitted(this.best.fit.chain, this.best.effects) if changed else this.best
+    return bench, bench.pruned(best), rounds
+
+
+def promising(screened: Sequence[Candidate], base: Hypothesis, runs: int) -> list[Candidate]:
     """Return what is worth a fit: the best form of every effect at every place, among those that promise most."""
-    floor = log(base.count) * base.spread
     best = max((c.gain for c in screened), default=0.0)
     kept: list[Candidate] = []
     for candidate in screened:
         same = [c for c in kept if (c.effect.id, c.effect.place) == (candidate.effect.id, candidate.effect.place)]
-        rivals = [c for c in same if candidate.gain > 0.9 * c.gain and len(c.values) != len(candidate.values)]
-        if candidate.gain > max(floor, PROMISING * best) and len(same) < 1 + len(rivals):
+        rival = all(candidate.gain > 0.8 * c.gain and c.effect.form != candidate.effect.form for c in same)
+        price = sum(runs if p.local else 1 for p in candidate.effect.parameters()) * log(base.count)
+        if candidate.gain > max(price, PROMISING * best) and len(same) < 2 and (not same or rival):
             kept.append(candidate)
     return kept[:FITTED_A_ROUND]
 
