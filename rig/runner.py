@@ -63,7 +63,7 @@ class _Progress:
 
     def note(self, kind: str, text: str, start: int | None = None) -> None:
         """Add an event that reaches from ``start`` to the present position."""
-        log.warning("%s: %s", kind, text)
+        log.info("%s: %s", kind, text)
         self.events.append(Event(kind, text, self.position if start is None else start, self.position))
 
     def take(self, block: Block) -> None:
