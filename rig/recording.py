@@ -21,31 +21,29 @@ from rig.errors import FileError
 from rig.plan import Plan
 from rig.provenance import git_commit, now, software
 from rig.recorded import Entry, Equipment, Event, Origin, Recording
-from rig.recordingfile import SCHEMA, ForeignError, load, store
+from rig.recordingfile import ForeignError, load, store
+from rig.seal import SCHEMA, Seal, inspect
 
 __all__ = ["Entry", "Equipment", "Event", "Origin", "Recording", "Writer", "read", "write"]
 
-SIGNATURE = b"\x89HDF\r\n\x1a\n"
 DAMAGE = (OSError, RuntimeError, KeyError, ValueError, TypeError, AttributeError, IndexError, MemoryError)
 
 
 def read(path: str | Path) -> Recording:
     """Return the recording at ``path``; raise FileError for anything else, and for any damage to it."""
     path = Path(path)
-    _check_kind(path)
+    intact = _sealed(path) is Seal.INTACT
     try:
         with h5py.File(path, "r") as file:
-            return load(file, path.stem)
+            return load(file, path.stem, intact=intact)
     except ForeignError as error:
-        raise FileError("not a recording of this program", where=str(path), value=str(error), allowed=SCHEMA,
-                        do="bring it in with 'rig import'") from error
+        raise _foreign(path, str(error)) from error
     except BlockingIOError as error:
         raise FileError("the recording is still being written", where=str(path),
                         do="wait for the run to end") from error
     except DAMAGE as error:
         reason = str(error.args[0] if error.args else type(error).__name__).splitlines()[0]
-        raise FileError("damaged or truncated recording", where=str(path), value=reason,
-                        do="use a copy of it, or record again") from error
+        raise _damaged(path, reason) from error
 
 
 def write(path: str | Path, recording: Recording, overwrite: bool = False) -> None:
@@ -65,16 +63,33 @@ def write(path: str | Path, recording: Recording, overwrite: bool = False) -> No
         raise FileError("cannot be written", where=str(path), value=_reason(error)) from error
 
 
-def _check_kind(path: Path) -> None:
-    """Raise FileError unless there is a file at ``path`` that begins as HDF5 does."""
+def _sealed(path: Path) -> Seal:
+    """Return what the bytes at ``path`` say; raise FileError for what no HDF5 library should be shown."""
     if not path.is_file():
         raise FileError("no such recording" if not path.exists() else "not a file", where=str(path))
-    with path.open("rb") as file:
-        head = file.read(len(SIGNATURE))
-    if not head:
-        raise FileError("the recording is empty", where=str(path), value="0 bytes", do="record it again")
-    if head != SIGNATURE:
+    try:
+        found = inspect(path)
+    except OSError as error:
+        raise FileError("cannot be read", where=str(path), value=_reason(error)) from error
+    if found is Seal.EMPTY:
+        raise FileError("the recording is empty", where=str(path), value=found.value, do="record it again")
+    if found is Seal.NOT_HDF5:
         raise FileError("not an HDF5 file", where=str(path), do="bring tables in with 'rig import'")
+    if found is Seal.FOREIGN:
+        raise _foreign(path, found.value)
+    if found is Seal.BROKEN:
+        raise _damaged(path, found.value)
+    return found
+
+
+def _foreign(path: Path, calls_itself: str) -> FileError:
+    return FileError("not a recording of this program", where=str(path), value=calls_itself, allowed=SCHEMA,
+                     do="bring it in with 'rig import'")
+
+
+def _damaged(path: Path, how: str) -> FileError:
+    return FileError("damaged or truncated recording", where=str(path), value=how,
+                     do="use a copy of it, or record again")
 
 
 def _free(path: str | Path, overwrite: bool) -> Path:

@@ -221,9 +221,28 @@ def test_foreign_hdf5_is_refused(tmp_path: Path, schema: str | None, message: st
         read(tmp_path / "r.h5")
 
 
+def test_a_change_of_any_byte_is_found_before_the_file_is_opened(tmp_path: Path) -> None:
+    write(tmp_path / "r.h5", a_recording())
+    with h5py.File(tmp_path / "r.h5", "r+") as file:
+        file["y"][7] = 9
+    with pytest.raises(FileError, match="damaged or truncated recording: the bytes do not match their checksum"):
+        read(tmp_path / "r.h5")
+
+
+def unsealed(path: Path) -> Path:
+    """Write a recording as a tool leaves it that copied the HDF5 part alone."""
+    write(path, a_recording(), overwrite=True)
+    path.write_bytes(path.read_bytes()[512:])
+    return path
+
+
+def test_a_copy_without_its_user_block_is_read(tmp_path: Path) -> None:
+    assert same(read(unsealed(tmp_path / "r.h5")), a_recording())
+
+
 @pytest.mark.parametrize("name", ["u", "y", "ledger", "u_measured"])
 def test_a_changed_value_is_found(tmp_path: Path, name: str) -> None:
-    write(tmp_path / "r.h5", a_recording())
+    unsealed(tmp_path / "r.h5")
     with h5py.File(tmp_path / "r.h5", "r+") as file:
         file[name][7] = 9
     with pytest.raises(FileError, match=f"damaged.*the dataset '{name}' does not match its checksum"):
@@ -234,7 +253,7 @@ def test_a_changed_value_is_found(tmp_path: Path, name: str) -> None:
     ("/", "rate_hz", 999.0), ("/", "initial", "rest"), ("device", "serial", "2"), ("software", "python", "2.7"),
 ])
 def test_a_changed_attribute_is_found(tmp_path: Path, group: str, name: str, value: object) -> None:
-    write(tmp_path / "r.h5", a_recording())
+    unsealed(tmp_path / "r.h5")
     with h5py.File(tmp_path / "r.h5", "r+") as file:
         file[group].attrs[name] = value
     with pytest.raises(FileError, match="the attributes do not match their checksum"):
@@ -242,12 +261,12 @@ def test_a_changed_attribute_is_found(tmp_path: Path, group: str, name: str, val
 
 
 def test_a_changed_text_and_a_missing_part_are_found(tmp_path: Path) -> None:
-    write(tmp_path / "r.h5", a_recording())
+    unsealed(tmp_path / "r.h5")
     with h5py.File(tmp_path / "r.h5", "r+") as file:
         file["protocol"][()] = "other"
     with pytest.raises(FileError, match="the dataset 'protocol' does not match"):
         read(tmp_path / "r.h5")
-    write(tmp_path / "r.h5", a_recording(), overwrite=True)
+    unsealed(tmp_path / "r.h5")
     with h5py.File(tmp_path / "r.h5", "r+") as file:
         del file["ledger"]
     with pytest.raises(FileError, match="damaged or truncated recording"):
@@ -257,7 +276,7 @@ def test_a_changed_text_and_a_missing_part_are_found(tmp_path: Path) -> None:
 @settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.data())
 def test_no_damage_to_bytes_escapes_as_anything_but_a_file_error(tmp_path: Path, data: st.DataObject) -> None:
-    """A flipped byte either hits nothing that is read, and then all is as written, or it is refused."""
+    """Whatever bytes are changed: the file is refused, and the library that could crash on it never sees it."""
     good, bad = tmp_path / "good.h5", tmp_path / "r.h5"
     if not good.exists():
         write(good, a_recording())
@@ -268,11 +287,10 @@ def test_no_damage_to_bytes_escapes_as_anything_but_a_file_error(tmp_path: Path,
         for _ in range(data.draw(st.integers(1, 3))):
             content[data.draw(st.integers(0, len(content) - 1))] ^= data.draw(st.integers(1, 255))
     bad.write_bytes(content)
-    try:
-        found = read(bad)
-    except FileError:
+    if bytes(content) == good.read_bytes():  # two flips of one byte may undo each other
         return
-    assert same(found, a_recording())
+    with pytest.raises(FileError):
+        read(bad)
 
 
 @pytest.mark.parametrize("change", [
