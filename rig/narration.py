@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from identify.natural_units import shown, shown_interval
-from identify.observe import rms
 from rig.units import show
 
 if TYPE_CHECKING:
@@ -58,6 +57,8 @@ def devices(found: "tuple[Attached, ...]") -> Iterator[str]:
 
 def simulated(played: "Simulated") -> Iterator[str]:
     """Tell how far a model's answer lies from the recording."""
+    from identify.observe import rms
+
     good = slice(None) if played.trace.valid is None else played.trace.valid
     off, span = rms((played.trace.y - played.answer)[good]), rms((played.trace.y - played.trace.y.mean())[good])
     yield f"{played.trace.name}: {played.model.title} from rest, {played.trace.size} samples"

@@ -80,14 +80,18 @@ def usual_address(protocol: Protocol) -> str:
 
 def _checked(protocol: Protocol, address: str, device: Device) -> Checked:
     """Return the protocol planned at a rate the device makes, and accepted by it."""
-    with _blamed_on(protocol, "acquisition", "rate"):
+    with _blamed_on(parse_yaml(protocol.text, protocol.path).at("acquisition", "rate")):
         rate = device.achievable_rate(protocol.rate_hz)
         if abs(rate / protocol.rate_hz - 1.0) > RATE_MAY_GIVE:
             raise RefusedError("the device's clock cannot make this rate", value=f"{protocol.rate_hz:g} Hz",
                                allowed=f"{rate:g} Hz is the nearest", do="change acquisition.rate")
     plan = draw(protocol, rate)
-    with _blamed_on(protocol):
-        device.check(plan.u, plan.rate_hz, plan.limits, plan.safe_level_v)
+    for step in protocol.steps:
+        piece = next(planned for planned in plan.steps if planned.label == step.label)
+        with _blamed_on(step.where):
+            device.check(plan.u[piece.start : piece.stop], rate, plan.limits)
+    with _blamed_on(protocol.path):
+        device.check(plan.u, rate, plan.limits, plan.safe_level_v)
     if rate != protocol.rate_hz:
         note = f"the device's clock makes {rate:.9g} Hz in place of {protocol.rate_hz:.9g} Hz"
         plan = replace(plan, notes=(*plan.notes, note))
@@ -95,14 +99,13 @@ def _checked(protocol: Protocol, address: str, device: Device) -> Checked:
 
 
 @contextmanager
-def _blamed_on(protocol: Protocol, *keys: str) -> Iterator[None]:
-    """Name file, line and key in a refusal by a device, which knows neither."""
+def _blamed_on(where: str) -> Iterator[None]:
+    """Name the place in a refusal by a device, which does not know the file."""
     try:
         yield
     except RefusedError as error:
         if error.where is not None:
             raise
-        where = parse_yaml(protocol.text, protocol.path).at(*keys)
         raise RefusedError(error.what, where=where, value=error.value, allowed=error.allowed, do=error.do) from error
 
 

@@ -1,0 +1,26 @@
+"""Recordings that several flow tests look at, made once through the command line."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.flow.console import protocol, rig
+
+
+@pytest.fixture(scope="session")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the short protocol as played on the loopback device, whose rig conceals its rails."""
+    folder = tmp_path_factory.mktemp("recording")
+    ended = rig("run", protocol(folder).name, cwd=folder)
+    assert ended.code == 0, ended
+    return folder / "short.h5"
+
+
+@pytest.fixture(scope="session")
+def held_out(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return another protocol on the same rig: other levels, another sine."""
+    folder = tmp_path_factory.mktemp("held_out")
+    path = protocol(folder, ("scale: 0.6", "scale: 0.7"), ("11 Hz", "13 Hz"), name="other.yaml")
+    ended = rig("run", path.name, cwd=folder)
+    assert ended.code == 0, ended
+    return folder / "other.h5"

@@ -1,0 +1,46 @@
+"""Does a table from elsewhere become a recording like our own?"""
+
+import gzip
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rig.recording import read
+from tests.flow.console import rig
+
+
+@pytest.fixture
+def table(tmp_path: Path) -> str:
+    rows = "".join(f"{k / 1000:.3f},{np.sin(0.1 * k):.6f},{np.cos(0.1 * k):.6f}\n" for k in range(500))
+    (tmp_path / "scope.csv.gz").write_bytes(gzip.compress(f"Time,DAC,ADC\n{rows}".encode()))
+    return "scope.csv.gz"
+
+
+def test_columns_may_be_named(tmp_path: Path, table: str) -> None:
+    ended = rig("import", table, "--time", "Time", "--input", "DAC", "--output", "ADC", "--out", "a.h5",
+                "--rig", "rigs/opamp_backlash.yaml", cwd=tmp_path)  # fmt: skip
+    assert ended.code == 0, ended
+    assert "500 samples at 1000 Hz" in ended.out
+    kept = read(tmp_path / "a.h5")
+    assert kept.rate_hz == 1000.0
+    assert kept.y[1] == pytest.approx(np.cos(0.1), abs=1e-6)
+    assert "op-amp" in kept.rig_text
+
+
+def test_columns_may_be_numbered_and_rows_chosen(tmp_path: Path, table: str) -> None:
+    columns = ("--input", "2", "--output", "3", "--rate", "1000")
+    ended = rig("import", table, *columns, "--rows", "100:300", "--intersample", "linear", "--out", "a.h5", cwd=tmp_path)
+    assert ended.code == 0, ended
+    kept = read(tmp_path / "a.h5")
+    assert kept.u.size == 200
+    assert kept.u[0] == pytest.approx(np.sin(10.0), abs=1e-6)
+    assert kept.intersample == "linear"
+    assert kept.initial == "in_motion"
+
+
+def test_a_wrong_range_of_rows_is_refused(tmp_path: Path, table: str) -> None:
+    ended = rig("import", table, "--input", "2", "--output", "3", "--rate", "1000", "--rows", "5-9", "--out", "a.h5",
+                cwd=tmp_path)  # fmt: skip
+    assert ended.code == 2
+    assert "FIRST:STOP" in ended.err
