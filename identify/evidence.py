@@ -50,6 +50,29 @@ class Evidence:
                 found[place] = (min(low, float(np.min(tap))), max(high, float(np.max(tap))))
         return found
 
+    def rates(self, place: Place) -> tuple[float, ...]:
+        """Return rates of change of the signal behind a place, V/s: zero and quantiles of those that occur."""
+        moves: list[Array] = []
+        for observation in self.observations:
+            tap = signals(self.chain, observation.trace, SUBSTEPS)[self.chain.index(place) - 1]
+            moves.append(np.abs(np.diff(tap)) / self.sample_s)
+        moving = np.concatenate(moves)
+        top = float(np.max(moving))
+        if top == 0.0:
+            return (-1.0, 0.0, 1.0)
+        sizes = np.unique([np.quantile(moving[moving > 1e-3 * top], q) for q in (0.25, 0.5, 0.75, 0.95)] + [top])
+        return (*(-sizes[::-1]).tolist(), 0.0, *sizes.tolist())
+
+    @cached_property
+    def strongest_line_hz(self) -> float:
+        """Return the frequency at which the residual of the longest run has its highest peak, Hz, zero excluded."""
+        longest = max(self.observations, key=lambda o: o.count)
+        residual = np.where(longest.use, longest.residual(self.chain), 0.0)
+        size = 8 * residual.size  # zero padding places the peak between bins
+        spectrum = np.abs(np.fft.rfft(residual * np.hanning(residual.size), size))
+        spectrum[: 8 * 8] = 0.0
+        return float(np.argmax(spectrum)) / (size * self.sample_s)
+
     @cached_property
     def residual(self) -> Array:
         """Return the residual of the samples that count, all runs in a row, in units of the noise."""
@@ -91,6 +114,18 @@ class Evidence:
             return float(residual @ residual)
         pull = self.slopes @ residual
         return float(residual @ residual - pull @ cho_solve(self._normal, pull))
+
+    def without_plain(self, rows: Matrix) -> Matrix:
+        """Return rows (m, n) less what the fitted parameters could mimic to first order."""
+        if not self.fitted.coordinates:
+            return rows
+        return np.asarray(rows - (cho_solve(self._normal, self.slopes @ rows.T)).T @ self.slopes)
+
+    @cached_property
+    def masks(self) -> list[NDArray[np.bool_]]:
+        """Return which samples of the joined residual belong to each run."""
+        number = np.repeat(np.arange(len(self.observations)), [o.count for o in self.observations])
+        return [number == i for i in range(len(self.observations))]
 
     @cached_property
     def left(self) -> float:
