@@ -29,8 +29,8 @@ def test_columns_may_be_named(tmp_path: Path, table: str) -> None:
 
 
 def test_columns_may_be_numbered_and_rows_chosen(tmp_path: Path, table: str) -> None:
-    columns = ("--input", "2", "--output", "3", "--rate", "1000")
-    ended = rig("import", table, *columns, "--rows", "100:300", "--intersample", "linear", "--out", "a.h5", cwd=tmp_path)
+    options = ("--input", "2", "--output", "3", "--rate", "1000", "--intersample", "linear")
+    ended = rig("import", table, *options, "--rows", "100:300", "--out", "a.h5", cwd=tmp_path)
     assert ended.code == 0, ended
     kept = read(tmp_path / "a.h5")
     assert kept.u.size == 200
