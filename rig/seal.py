@@ -51,7 +51,7 @@ def inspect(path: Path) -> Seal:
 def _judged(path: Path, block: str) -> Seal:
     """Return what a user block says of the bytes after it."""
     text, note, rest = block.partition(NOTE)
-    if not (note and rest.isspace() and text.startswith((SEALED, UNFINISHED))):
+    if not (note and not rest.strip(" ") and text.startswith((SEALED, UNFINISHED))):
         return Seal.FOREIGN
     if text == UNFINISHED:
         return Seal.ABSENT

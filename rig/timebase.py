@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identify.trace import Array
 from rig.errors import FileError
@@ -26,10 +27,9 @@ def uniform(time_s: Array, place: Callable[[int], str]) -> TimeBase:
     Raises FileError at the row where time stands still, runs back, jumps, or strays from the clock.
     """
     steps = np.diff(time_s)
-    _refuse(steps <= 0, "time does not advance", time_s, place, "times in ascending order")
     period = float(np.median(steps))
-    _refuse(np.abs(steps / period - 1.0) > 0.5, "the time base is broken", time_s, place,
-            f"a row every {period:.6g} s")
+    _refuse(~(np.abs(steps - period) <= 0.5 * abs(period)) | (steps <= 0), "the time base is broken", time_s, place,
+            f"a row every {period:.6g} s" if period > 0 else "times in ascending order")
     rate = (time_s.size - 1) / float(time_s[-1] - time_s[0])
     astray = np.abs((time_s - time_s[0]) * rate - np.arange(time_s.size))
     _refuse(astray[1:] > JITTER, "the time base is not uniform", time_s, place,
@@ -37,8 +37,7 @@ def uniform(time_s: Array, place: Callable[[int], str]) -> TimeBase:
     return TimeBase(float(time_s[0]), _plain_rate(rate, float(astray.max()) / time_s.size))
 
 
-def _refuse(bad: np.ndarray[tuple[int], np.dtype[np.bool_]], what: str, time_s: Array, place: Callable[[int], str],
-            allowed: str) -> None:
+def _refuse(bad: NDArray[np.bool_], what: str, time_s: Array, place: Callable[[int], str], allowed: str) -> None:
     """Raise FileError at the row after the first True of ``bad``."""
     if bad.any():
         row = int(np.argmax(bad)) + 1

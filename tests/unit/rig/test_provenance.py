@@ -1,0 +1,29 @@
+"""Does a recording know which program made it?"""
+
+import subprocess
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rig import provenance
+
+
+def test_versions_of_program_and_libraries() -> None:
+    assert provenance.software()["numpy"] == np.__version__
+    assert provenance.software()["backlash-rig"] != "not installed"
+
+
+def test_the_clock_is_utc_and_sortable() -> None:
+    first = provenance.now()
+    assert abs((datetime.fromisoformat(first) - datetime.now(UTC)).total_seconds()) < 5
+    assert first <= provenance.now()
+
+
+@pytest.mark.skipif(not (Path(provenance.__file__).parents[1] / ".git").exists(), reason="not a clone")
+def test_the_commit_is_that_of_the_tree() -> None:
+    root = Path(provenance.__file__).parents[1]
+    head = subprocess.run(["git", "-C", str(root), "rev-parse", "HEAD"], capture_output=True, text=True, check=True)
+    provenance.git_commit.cache_clear()
+    assert provenance.git_commit().removesuffix("-dirty") == head.stdout.strip()
