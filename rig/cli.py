@@ -198,8 +198,9 @@ def explain(
     _check_destinations(json_to, report)
     loaded = workflow.load(runs, rig, hold_out)
     with terminal.bar("explaining", quiet) as progress:
-        told = workflow.explain_runs(loaded, progress)
-    _deliver(told, json_to, report, lambda: workflow.explanation_html(loaded, told), narration.explained(told))
+        told = workflow.explain_runs(loaded, workflow.part(progress, 0.0, 0.8 if report else 1.0))
+        found = workflow.identify_improved(loaded, told, workflow.part(progress, 0.8, 1.0)) if report else None
+    _deliver(told, json_to, report, lambda: workflow.explanation_html(told, found), narration.explained(told))
 
 
 @command("simulate", "rig simulate run.h5 --rig answer.json --out answer.csv", "rig simulate run.h5 --rig my_rig.yaml")

@@ -1,6 +1,5 @@
 """How does the main job look from end to end, with no hardware: what ``rig demo`` plays and writes."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -29,15 +28,12 @@ def play(folder: str | Path, progress: workflow.Progress) -> Shown:
     folder = _made(folder)
     trained, held_out = (_recorded(name, folder, progress) for name in (PROTOCOL, HELD_OUT))
     runs = workflow.load([trained], hold_out=[held_out])
-    told = workflow.explain_runs(runs, _part(progress, 0.1, 0.8))
-    found = workflow.identify_runs(workflow.improved(runs, told), _part(progress, 0.8, 0.95))
+    told = workflow.explain_runs(runs, workflow.part(progress, 0.05, 0.8))
+    found = workflow.identify_improved(runs, told, workflow.part(progress, 0.8, 0.95))
     progress("writing the report", 0.95)
-    texts = {
-        "explain.json": workflow.answer_json(told),
-        "identify.json": workflow.answer_json(found),
-        "identify.html": workflow.identification_html(found),
-        "report.html": workflow.explanation_html(runs, told, found),
-    }
+    texts = {"explain.json": workflow.answer_json(told), "report.html": workflow.explanation_html(told, found)}
+    if found is not None:
+        texts |= {"identify.json": workflow.answer_json(found), "identify.html": workflow.identification_html(found)}
     for name, text in texts.items():
         write_text(folder / name, text)
     return Shown(told, folder / "report.html", (trained, held_out, *(folder / name for name in texts)))
@@ -62,7 +58,3 @@ def _recorded(protocol: str, folder: Path, progress: workflow.Progress) -> Path:
         raise done.outcome.failure
     return out
 
-
-def _part(progress: workflow.Progress, low: float, high: float) -> Callable[[str, float], None]:
-    """Return a progress that fills the stretch [low, high] of another."""
-    return lambda sentence, share: progress(sentence, low + (high - low) * share)

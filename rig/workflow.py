@@ -78,9 +78,16 @@ def explain_runs(runs: Runs, progress: Progress | None = None) -> "Explanation":
         return explain(runs.model, runs.traces, runs.held_out, progress)
 
 
-def improved(runs: Runs, told: "Explanation") -> Runs:
-    """Return the same recordings with the improved model as the one to start from."""
-    return replace(runs, model=told.model)
+def identify_improved(runs: Runs, told: "Explanation", progress: Progress | None = None) -> "Identification | None":
+    """Return the identification that starts from the improved model; None when these recordings allow none."""
+    with suppress(FileError):
+        return identify_runs(replace(runs, model=told.model), progress)
+    return None
+
+
+def part(progress: Progress, low: float, high: float) -> Progress:
+    """Return a progress that fills the stretch [low, high] of another."""
+    return lambda sentence, share: progress(sentence, low + (high - low) * share)
 
 
 def identification_html(found: "Identification") -> str:
@@ -90,25 +97,11 @@ def identification_html(found: "Identification") -> str:
     return identification_page(found, _imprint(found.model))
 
 
-def explanation_html(runs: Runs, told: "Explanation", found: "Identification | None" = None) -> str:
-    """Return the page of ``rig explain``; the improved model is identified for it where ``found`` does not say it."""
+def explanation_html(told: "Explanation", found: "Identification | None" = None) -> str:
+    """Return the page of ``rig explain``, with the staircase where the improved model was identified."""
     from identify.report import explanation_page
 
-    with suppress(FileError):  # a page without the staircase is better than none
-        found = found or identify_runs(improved(runs, told))
     return explanation_page(told, found, _imprint(told.model))
-
-
-def simulate(path: str | Path, rig: str | Path | None = None) -> Simulated:
-    """Return a model's answer, from rest, to the input of a recording; raise FileError."""
-    from identify.chain import simulate as answer
-    from identify.effects import chain_of
-    from identify.simulate import SUBSTEPS
-
-    runs = load([path], rig)
-    trace = runs.traces[0]
-    with _unusable(runs):
-        return Simulated(trace, runs.model, answer(chain_of(runs.model, trace.intersample), trace, SUBSTEPS))
 
 
 def simulated_csv(played: Simulated) -> str:

@@ -81,7 +81,7 @@ def test_a_run_held_out_is_not_fitted_and_a_run_given_twice_counts_once(tmp_path
 def test_a_sentence_of_identification_becomes_an_error_about_the_files(tmp_path: Path) -> None:
     runs = workflow.load([kept(tmp_path / "a.h5", RIG.replace("noise: 1 mV\n", ""))])
     for answer in (workflow.identify_runs, workflow.explain_runs):
-        with pytest.raises(FileError, match="^a: .*the noise cannot be told"):
+        with pytest.raises(FileError, match=r"^a: .*the noise cannot be told"):
             answer(runs)
 
 
