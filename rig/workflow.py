@@ -104,6 +104,18 @@ def explanation_html(told: "Explanation", found: "Identification | None" = None)
     return explanation_page(told, found, _imprint(told.model))
 
 
+def simulate(path: str | Path, rig: str | Path | None = None) -> Simulated:
+    """Return a model's answer, from rest, to the input of a recording; raise FileError."""
+    from identify.chain import simulate as answer
+    from identify.effects import chain_of
+    from identify.simulate import SUBSTEPS
+
+    runs = load([path], rig)
+    trace = runs.traces[0]
+    with _unusable(runs):
+        return Simulated(trace, runs.model, answer(chain_of(runs.model, trace.intersample), trace, SUBSTEPS))
+
+
 def simulated_csv(played: Simulated) -> str:
     """Return a simulation as a table: time in s; u, recorded and simulated y in V."""
     trace = played.trace
