@@ -7,6 +7,7 @@ the file opens. The finished recording replaces it in one move, with a SHA-256 o
 """
 
 import os
+import re
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -26,6 +27,8 @@ from rig.seal import SCHEMA, Seal, inspect
 
 __all__ = ["Entry", "Equipment", "Event", "Origin", "Recording", "Writer", "read", "write"]
 
+UNWRITABLE = (OSError, RuntimeError)
+"""What h5py raises when a disk is full or a folder is not there."""
 DAMAGE = (OSError, RuntimeError, KeyError, ValueError, TypeError, AttributeError, IndexError, MemoryError)
 
 
@@ -51,14 +54,18 @@ def write(path: str | Path, recording: Recording, overwrite: bool = False) -> No
 
     Raises FileError when it cannot be written, or exists and is not to be overwritten.
     """
-    path = _free(path, overwrite)
+    _put(_free(path, overwrite), recording)
+
+
+def _put(path: Path, recording: Recording) -> None:
+    """Write the file beside ``path`` and move it there; raise FileError, leaving what was there before."""
     part = path.with_name(f"{path.name}.part")
     try:
         store(part, recording)
         with part.open("rb") as file:
             os.fsync(file.fileno())
         part.replace(path)
-    except OSError as error:
+    except UNWRITABLE as error:
         part.unlink(missing_ok=True)
         raise FileError("cannot be written", where=str(path), value=_reason(error)) from error
 
@@ -126,11 +133,8 @@ class Writer:
         self.path = _free(path, overwrite)
         self._begun = _begun(self.path, plan, equipment, plan.u if u is None else u)
         self._position = 0
-        try:
-            store(self.path, self._begun)
-            self._file = h5py.File(self.path, "r+")
-        except OSError as error:
-            raise FileError("no recording can be made there", where=str(path), value=_reason(error)) from error
+        _put(self.path, self._begun)
+        self._file = h5py.File(self.path, "r+")
         self._y, self._ledger = self._file["y"], self._file["ledger"]
 
     def append(self, start: int, y: Array) -> None:
@@ -162,7 +166,7 @@ class Writer:
                 stretch[stretch == Entry.NOT_RECEIVED] = Entry.LOST
         finished = replace(self._begun, y=y, ledger=ledger, complete=complete, reason=reason, events=happened,
                            origin=replace(self._begun.origin, finished=now()))
-        write(self.path, finished, overwrite=True)
+        _put(self.path, finished)
         return finished
 
     def close(self) -> None:
@@ -191,6 +195,10 @@ def _begun(path: Path, plan: Plan, equipment: Equipment, u: Array) -> Recording:
     )
 
 
-def _reason(error: OSError) -> str:
-    return error.strerror or str(error).splitlines()[0]
+def _reason(error: Exception) -> str:
+    """Return the operating system's word for what went wrong, out of h5py's where it is only there."""
+    text = str(error).splitlines()[0]
+    quoted = re.search(r"error message = '([^']*)'", text)
+    told = error.strerror if isinstance(error, OSError) else None
+    return quoted[1] if quoted else told or text
 

@@ -144,10 +144,43 @@ def test_a_recording_is_never_overwritten_unasked(tmp_path: Path) -> None:
 
 
 def test_a_place_that_cannot_be_written_is_named_before_anything_is_played(tmp_path: Path) -> None:
-    with pytest.raises(FileError, match="no recording can be made there"):
+    with pytest.raises(FileError, match="cannot be written: No such file or directory"):
         Writer(tmp_path / "none" / "r.h5", a_plan(), EQUIPMENT)
     with pytest.raises(FileError, match="cannot be written"):
         write(tmp_path / "none" / "r.h5", a_recording())
+
+
+FULL = """
+import resource, sys, numpy as np
+from rig.errors import FileError
+from rig.plan import Limits, Plan
+from rig.recording import Equipment, Writer
+writer = None
+def fill():
+    resource.setrlimit(resource.RLIMIT_FSIZE, (500_000, 500_000))
+if sys.argv[2] == "start":
+    fill()
+try:
+    plan = Plan("full", np.zeros(200_000), 1e4, (), Limits(-1, 1))
+    writer = Writer(sys.argv[1], plan, Equipment("loopback:"), overwrite=True)
+    writer.append(0, np.ones(1000))
+    fill()
+    writer.finish(True, "all")
+except FileError as error:
+    print(error)
+"""
+
+
+@pytest.mark.parametrize(("when", "title", "recorded"), [("start", "t", 40), ("finish", "full", 1000)])
+def test_a_full_disk_costs_neither_the_recording_before_nor_what_was_recorded(
+    tmp_path: Path, when: str, title: str, recorded: int,
+) -> None:
+    path = tmp_path / "r.h5"
+    write(path, a_recording())
+    told = subprocess.run([sys.executable, "-c", FULL, str(path), when], capture_output=True, text=True, check=True)
+    assert told.stdout.splitlines() == [f"{path}: cannot be written: File too large"]
+    assert os.listdir(tmp_path) == ["r.h5"]
+    assert (read(path).title, read(path).count(Entry.RECORDED)) == (title, recorded)
 
 
 KILLED = """
