@@ -21,6 +21,20 @@ def test_the_clock_is_utc_and_sortable() -> None:
     assert first <= provenance.now()
 
 
+def test_a_package_that_is_not_installed_is_said_to_be_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(provenance, "PACKAGES", ("no-such-package",))
+    assert provenance._versions.__wrapped__()["no-such-package"] == "not installed"
+
+
+@pytest.mark.parametrize("failure", [FileNotFoundError("git"), subprocess.TimeoutExpired("git", 5)])
+def test_no_git_no_commit(monkeypatch: pytest.MonkeyPatch, failure: Exception) -> None:
+    def fail(*arguments: object, **options: object) -> None:
+        raise failure
+
+    monkeypatch.setattr(subprocess, "run", fail)
+    assert provenance.git_commit.__wrapped__() == ""
+
+
 @pytest.mark.skipif(not (Path(provenance.__file__).parents[1] / ".git").exists(), reason="not a clone")
 def test_the_commit_is_that_of_the_tree() -> None:
     root = Path(provenance.__file__).parents[1]

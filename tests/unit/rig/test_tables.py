@@ -108,5 +108,9 @@ def test_numbers_are_read_to_the_last_bit(rows: list[tuple[float, int]]) -> None
     assert np.array_equal(read, [value for value, _ in rows])
 
 
+def test_latin_1_names_are_read(tmp_path: Path) -> None:
+    assert table(tmp_path, "Größe,y\n1,2\n".encode("latin-1")).names == ("Größe", "y")
+
+
 def test_cells_lose_quotes_and_space() -> None:
     assert cells(' "a b" , 1 ', ",") == ["a b", "1"]
