@@ -143,13 +143,10 @@ class SerialFirmware:
         self._gap, self._live, self._draining = False, not deserted, True
 
     def _drain(self) -> None:
-        """Send the next samples read, after saying which were lost before them."""
-        before, taken = self._model.sent, self._model.take(SAMPLES_PER_FRAME)
-        start = self._model.sent if taken is None else taken[0]
-        if start > before:
-            self._send(Kind.LOST, before, pack_range(before, start))
+        """Send the next samples read; which were lost before them is told when the host asks for them."""
+        taken = self._model.take(SAMPLES_PER_FRAME)
         if taken is not None:
-            self._send(Kind.INPUT, start, self._packed(taken[1]))
+            self._send(Kind.INPUT, taken[0], self._packed(taken[1]))
         self._draining = taken is not None
 
     def _status(self) -> Status:

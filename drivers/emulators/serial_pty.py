@@ -60,7 +60,10 @@ class Pace:
 
 @final
 class SerialPty:
-    """A serial DAQ in front of a simulated rig on a real pty. ``speed`` runs its clock and its link faster."""
+    """A serial DAQ in front of a simulated rig on a real pty.
+
+    ``speed`` runs its clock and its link faster; ``now_s`` is its own time at the last step.
+    """
 
     def __init__(self, rig: RigFile, *, speed: float = 1.0, seed: int = 0, hardware: Hardware = HARDWARE,
                  faults: Faults = NO_FAULTS) -> None:
@@ -72,7 +75,7 @@ class SerialPty:
         self._paces = Pace(BAUD / 10 * speed), Pace(BAUD / 10 * speed)
         self._sending: deque[tuple[float, bytes]] = deque()
         self._tx = bytearray()
-        self._start_s = time.monotonic()
+        self._start_s, self.now_s = time.monotonic(), 0.0
         self._master, self._slave = pty.openpty()
         tty.setraw(self._slave)
         os.set_blocking(self._master, False)
@@ -85,14 +88,11 @@ class SerialPty:
             if not self._reached(self._faults.hang_at):
                 self.step(time.monotonic() - self._start_s)
 
-    def now_s(self) -> float:
-        """Return the device's own time."""
-        return (time.monotonic() - self._start_s) * self._speed
-
     def step(self, now_s: float) -> None:
         """Do all that is due: hear the host, play and read samples, speak. ``now_s`` is real time since power-up."""
         self._hear(now_s)
-        self._firmware.advance(now_s * self._speed)
+        self.now_s = now_s * self._speed
+        self._firmware.advance(self.now_s)
         if not self._muted(now_s):
             self._speak(now_s)
 

@@ -85,7 +85,7 @@ def _over(pipe: Connection, device: SerialPty) -> bool:
         return True
     model = device.model
     pipe.send({
-        "level_v": model.level_v(device.now_s()), "state": model.state.value, "played": model.played,
+        "level_v": model.level_v(device.now_s), "state": model.state.value, "played": model.played,
         "overrun_samples": model.overrun_samples, "underrun": model.underrun,
         "watchdog_tripped": model.watchdog_tripped,
     })

@@ -170,6 +170,18 @@ def test_a_device_that_hangs_is_given_up(tmp_path: Path, monkeypatch: pytest.Mon
     assert 1000 < outcome.samples < 3000
 
 
+def test_what_is_left_of_abandoned_runs_is_not_taken_for_the_next() -> None:
+    with emulated(GAIN, speed=5) as bench, connect(bench.address) as device:
+        for sign in [1.0, -1.0] * 10:
+            u = sign * waves(60_000)
+            expected = tripled(device, u)
+            for block in device.stream(u, 20_000.0, LIMITS):
+                wrong = np.abs(block.y - expected[block.start:block.stop]).max(initial=0.0)
+                assert wrong <= 0.5001 * device.capabilities().input_lsb_v
+                if block.stop > 3000:
+                    break
+
+
 @pytest.fixture
 def hosted(tmp_path: Path) -> Iterator[tuple[Emulated, subprocess.Popen[str], Path]]:
     """A host process that plays 5 V on a device with a watchdog of 0.5 s, stopped in the middle of the run."""

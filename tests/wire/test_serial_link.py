@@ -8,32 +8,42 @@ import tty
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
+import numpy as np
 import pytest
 
 from drivers.framing import Frame, FrameReader, encode
 from drivers.serial_daq import SerialDaq
 from drivers.serial_link import SerialLink
-from drivers.serial_messages import Kind
+from drivers.serial_messages import Condition, Kind, Status
 from rig.errors import DeviceError, UsageError
+from rig.plan import Limits
 from rig.registry import connect
 
 WHO = "OK\nprotocol=1\nmodel=peer\nserial=7\nfirmware=1"
 CAN = ("OK\noutput_low_v=-10\noutput_high_v=10\ninput_low_v=-10\ninput_high_v=10\noutput_bits=12\ninput_bits=10\n"
        "min_rate_hz=1\nmax_rate_hz=1000\nclock_hz=16e6\noutput_fifo=512\ninput_fifo=512\nhistory=512\nwatchdog_s=1")
 Answer = Callable[[str], tuple[float, str | None]]
+Around = Callable[[str], tuple[bytes, bytes]]
 
 
 def plain(command: str) -> tuple[float, str | None]:
     return 0.0, {"ID?": WHO, "CAP?": CAN}.get(command, f"OK\nsaid={command}")
 
 
+def nothing(command: str) -> tuple[bytes, bytes]:
+    return b"", b""
+
+
 @contextmanager
-def peer(answer: Answer, prelude: bytes = b"") -> Iterator[str]:
-    """Give the path of a pty where ``answer`` says how late, and what, the reply to a command is."""
+def peer(answer: Answer, around: Around = nothing) -> Iterator[str]:
+    """Give the path of a pty where ``answer`` says how late, and what, the reply to a command is.
+
+    ``around`` says which bytes come right before and after the reply; frames of samples are answered with a status.
+    """
     master, slave = pty.openpty()
     tty.setraw(slave)
     over = threading.Event()
-    thread = threading.Thread(target=_answer, args=(master, answer, prelude, over))
+    thread = threading.Thread(target=_answer, args=(master, answer, around, over))
     thread.start()
     try:
         yield os.ttyname(slave)
@@ -45,24 +55,32 @@ def peer(answer: Answer, prelude: bytes = b"") -> Iterator[str]:
             os.close(master)
 
 
-def _answer(master: int, answer: Answer, prelude: bytes, over: threading.Event) -> None:
+def _answer(master: int, answer: Answer, around: Around, over: threading.Event) -> None:
     os.set_blocking(master, False)
     reader, due = FrameReader(), []
     while not over.wait(0.002):
         with suppress(BlockingIOError):
             for frame in reader.feed(os.read(master, 4096)):
-                late_s, text = answer(frame.payload.decode())
+                if frame.kind == Kind.OUTPUT:
+                    taken = Status(False, Condition.FINE, frame.number + len(frame.payload) // 2, 0, 0)
+                    os.write(master, encode(Frame(Kind.STATUS, 0, taken.pack())))
+                if frame.kind != Kind.COMMAND:
+                    continue
+                command = frame.payload.decode()
+                late_s, text = answer(command)
                 if text is not None:
-                    due.append((time.monotonic() + late_s, frame.number, text))
+                    before, after = around(command)
+                    reply = encode(Frame(Kind.REPLY, frame.number, text.encode()))
+                    due.append((time.monotonic() + late_s, before + reply + after))
         for item in [item for item in due if item[0] <= time.monotonic()]:
             due.remove(item)
-            os.write(master, prelude + encode(Frame(Kind.REPLY, item[1], item[2].encode())))
+            os.write(master, item[1])
 
 
 @pytest.fixture(autouse=True)
 def _impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("drivers.serial_link.REPLY_S", 0.1)
-    monkeypatch.setattr("drivers.serial_daq.GREETING_S", 0.3)
+    monkeypatch.setattr("drivers.serial_link.REPLY_S", 0.2)
+    monkeypatch.setattr("drivers.serial_daq.GREETING_S", 0.6)
 
 
 def once(command: str, late_s: float) -> Answer:
@@ -78,12 +96,12 @@ def once(command: str, late_s: float) -> Answer:
 
 
 def test_a_late_reply_is_never_taken_for_another_ones() -> None:
-    with peer(once("ONE", 0.35)) as path:
+    with peer(once("ONE", 0.7)) as path:
         link = SerialLink(path, 115200)
         with pytest.raises(DeviceError, match="no answer"):
             link.ask("ONE")
         assert link.ask("TWO") == "said=TWO"
-        time.sleep(0.4)
+        time.sleep(0.8)
         assert link.ask("THREE") == "said=THREE"
         assert link.ask("ONE") == "said=ONE"
         link.close()
@@ -98,7 +116,7 @@ def test_after_a_time_out_the_identity_is_asked_before_anything_else() -> None:
 
     with peer(answer) as path:
         link = SerialLink(path, 115200)
-        assert link.introduce(0.3) == WHO.removeprefix("OK\n")
+        assert link.introduce(0.6) == WHO.removeprefix("OK\n")
         with pytest.raises(DeviceError, match="no answer"):
             link.ask("DEAF")
         link.ask("NEXT")
@@ -117,7 +135,7 @@ def test_another_device_in_the_place_of_the_first_is_refused() -> None:
 
     with peer(answer) as path:
         link = SerialLink(path, 115200)
-        link.introduce(0.3)
+        link.introduce(0.6)
         with pytest.raises(DeviceError, match="no answer"):
             link.ask("DEAF")
         with pytest.raises(DeviceError, match="another device answers"):
@@ -140,9 +158,19 @@ def test_a_command_whose_first_reply_is_lost_is_asked_again_under_its_number() -
 
 
 def test_garbage_before_every_reply_does_no_harm() -> None:
-    with peer(plain, prelude=b"\n*** boot ***\xa5\x5a\x01") as path, connect(f"serial:{path}?baud=115200") as device:
+    with peer(plain, lambda command: (b"\n*** boot ***\xa5\x5a\x01", b"\xa5")) as path, \
+            connect(f"serial:{path}?baud=115200") as device:
         assert str(device.identity()) == "peer serial 7 firmware 1"
         assert device.capabilities().output_bits == 12
+
+
+def test_samples_of_the_run_before_are_not_taken_for_this_ones() -> None:
+    old = encode(Frame(Kind.INPUT, 0, b"\x07\x00"))
+    with peer(plain, lambda command: (old if command.startswith("ARM") else b"", b"")) as path, \
+            connect(f"serial:{path}") as device:
+        blocks = device.stream(np.zeros(3), 100.0, Limits(-1.0, 1.0, None))
+        assert next(blocks).y.size == 0
+        blocks.close()  # type: ignore[attr-defined]
 
 
 def test_a_port_that_says_nothing_is_no_device() -> None:
@@ -172,14 +200,17 @@ def test_a_level_that_is_no_number_is_refused() -> None:
         device.level_v()
 
 
-def test_a_device_that_does_not_get_to_the_safe_level_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("level", "state"), [("4.5", "idle"), ("0.0", "running"), ("none", "idle")])
+def test_a_device_that_does_not_come_to_rest_at_the_safe_level_is_reported(
+    monkeypatch: pytest.MonkeyPatch, level: str, state: str,
+) -> None:
     monkeypatch.setattr("drivers.serial_daq.CONFIRM_S", 0.1)
 
     def answer(command: str) -> tuple[float, str | None]:
-        return 0.0, "OK\nlevel_v=4.5\nstate=idle" if command == "LEVEL?" else plain(command)[1]
+        return 0.0, f"OK\nlevel_v={level}\nstate={state}" if command == "LEVEL?" else plain(command)[1]
 
     with peer(answer) as path, connect(f"serial:{path}") as device, \
-            pytest.raises(DeviceError, match=r"did not reach the level: 4\.5 V.*switch the rig off by hand"):
+            pytest.raises(DeviceError, match=r"did not reach the level.*switch the rig off by hand"):
         device.safe(0.0, 0.0)
 
 

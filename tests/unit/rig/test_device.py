@@ -35,6 +35,14 @@ def test_what_is_played_is_what_was_quantised(device: ScriptedDevice) -> None:
     assert not np.array_equal(played, u)
 
 
+def test_a_level_rounded_further_over_the_limit_is_refused(device: ScriptedDevice) -> None:
+    lsb_v = device.capabilities().output_lsb_v
+    limits = Limits(-5.0, 1000.2 * lsb_v, None)
+    assert device.check(np.array([1000.4 * lsb_v]), 1000.0, limits)[0] == pytest.approx(1000 * lsb_v)
+    with pytest.raises(RefusedError, match="at sample 0"):
+        device.check(np.array([1000.65 * lsb_v]), 1000.0, limits)
+
+
 def test_a_rate_between_two_of_the_clocks_is_refused_with_the_nearest(device: ScriptedDevice) -> None:
     with pytest.raises(RefusedError, match=r"30000\.0 Hz.*30303\.03.* Hz is the nearest"):
         device.stream(np.zeros(10), 30_000.0, LIMITS)
