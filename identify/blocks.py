@@ -148,12 +148,13 @@ class Play(Stage):
 
     def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
         """Return the running play operator."""
+        s_l, d_l, s_u, d_u = values
         w = 0.0
 
         def run(block: Block) -> Array:
             nonlocal w
             out = np.empty_like(block.signal)
-            w = kernels.play(*values, w, block.signal, out)
+            w = kernels.play(s_l, d_l, s_u, d_u, w, block.signal, out)
             return out
 
         return run, shape

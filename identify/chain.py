@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-
 from typing import TypeVar
 
 import numpy as np
@@ -183,11 +182,12 @@ def _fused(chain: Chain, grid: Grid) -> Run | None:
     if tuple(type(stage) for stage in chain.stages) != (Source, LinearBlock, Play, LinearBlock):
         return None
     source, g1, f, g2 = chain.stages
-    assert isinstance(g1, LinearBlock) and isinstance(g2, LinearBlock)
+    assert isinstance(g1, LinearBlock)
+    assert isinstance(g2, LinearBlock)
     delay, shape = source.begin(chain.of(source, grid.run), grid, Ramp())
     one = g1.stepper(chain.of(g1, grid.run), grid, shape)
     two = g2.stepper(chain.of(g2, grid.run), grid, shape if one.g1 == (0.0,) and isinstance(shape, Held) else Ramp())
-    borders = chain.of(f, grid.run)
+    s_l, d_l, s_u, d_u = chain.of(f, grid.run)
     x1, w, x2, last = one.at_rest(), 0.0, two.at_rest(), 0.0
 
     def run(block: Block) -> Array:
@@ -195,7 +195,7 @@ def _fused(chain: Chain, grid: Grid) -> Run | None:
         u = delay(block)
         out = np.empty_like(u)
         x1, w, x2, last = kernels.plain_chain(
-            one.rows, one.g0, one.g1, one.c, one.d, x1, *borders, w,
+            one.rows, one.g0, one.g1, one.c, one.d, x1, s_l, d_l, s_u, d_u, w,
             two.rows, two.g0, two.g1, two.c, two.d, x2, last, u, out,
         )  # fmt: skip
         return out

@@ -1,8 +1,8 @@
 """Which values of a chain's parameters make its answers closest to the recordings, and how sure are they?
 
 Joint maximum likelihood over all runs with white noise of known size: Gauss-Newton steps inside a trust box, on normal
-equations that are summed chunk by chunk. Sensitivities are one-sided differences; a perturbed chain shares with the unperturbed
-one every stage before the first that differs.
+equations that are summed chunk by chunk. Sensitivities are one-sided differences; a perturbed chain shares with the
+unperturbed one every stage before the first that differs.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -229,9 +229,8 @@ def _search(problem: _Problem, theta: Array, iterations: int) -> Fit:
         if gain > 0.0:
             theta, cost = theta + step, trial
             matrix, right = problem.normal(theta)
-    return Fit(
-        problem.at(theta), problem.coordinates, theta, cost, np.linalg.pinv(matrix, hermitian=True), converged, sentence
-    )
+    covariance = np.asarray(np.linalg.pinv(matrix, hermitian=True), dtype=np.float64)
+    return Fit(problem.at(theta), problem.coordinates, theta, cost, covariance, converged, sentence)
 
 
 def boxed_step(matrix: NDArray[np.float64], right: Array, low: Array, high: Array) -> Array:

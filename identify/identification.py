@@ -24,7 +24,8 @@ class FrequencyPoint:
     def to_dict(self) -> dict[str, object]:
         """Return the form of the charter."""
         return {
-            "frequency_hz": number(self.frequency_hz), "gain": self.gain.to_dict(), "phase_rad": self.phase_rad.to_dict(),
+            "frequency_hz": number(self.frequency_hz),
+            "gain": self.gain.to_dict(), "phase_rad": self.phase_rad.to_dict(),
         }  # fmt: skip
 
 
@@ -81,7 +82,7 @@ class Identification:
     warnings: tuple[str, ...]
 
     def to_dict(self) -> dict[str, object]:
-        """Return the answer of ``rig identify --json``, schema rig.identify/1, without the rig-file form of the model."""
+        """Return the answer of ``rig identify --json``, schema rig.identify/1, less the rig-file form of the model."""
         blocks = {
             name: {
                 "points": [point.to_dict() for point in points],

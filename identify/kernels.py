@@ -39,7 +39,7 @@ def _advance(rows: Any, g0: Any, g1: Any, x: Any, a: Any, b: Any) -> Callable[..
     if len(rows) == 1:
         return lambda rows, g0, g1, x, a, b: ((g0[0] * a + g1[0] * b) + dot(rows[0], x),)
     return lambda rows, g0, g1, x, a, b: (
-        ((g0[0] * a + g1[0] * b) + dot(rows[0], x),) + advance(rows[1:], g0[1:], g1[1:], x, a, b)
+        ((g0[0] * a + g1[0] * b) + dot(rows[0], x),) + advance(rows[1:], g0[1:], g1[1:], x, a, b)  # noqa: RUF005
     )
 
 

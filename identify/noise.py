@@ -61,7 +61,7 @@ def noise_of(traces: Sequence[Trace], settle_s: float, declared_v: float | None 
 def quantisation_rms(traces: Sequence[Trace]) -> float:
     """Return the noise of the ADC's steps, LSB / sqrt(12), in V; 0 when the readings lie on no coarse grid."""
     lsb = min((_grid_step(trace.y[good(trace)]) for trace in traces), default=0.0)
-    return lsb / np.sqrt(12.0)
+    return lsb / float(np.sqrt(12.0))
 
 
 def _grid_step(y: Array) -> float:

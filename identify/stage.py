@@ -92,7 +92,8 @@ class Block:
 
     def time_s(self) -> Array:
         """Return the clock time of every instant in s."""
-        return self.grid.start_s + self.grid.step_s * np.arange(self.first, self.first + self.signal.size)
+        instants = np.arange(self.first, self.first + self.signal.size, dtype=np.float64)
+        return self.grid.start_s + self.grid.step_s * instants
 
 
 Run = Callable[[Block], Array]

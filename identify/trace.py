@@ -13,7 +13,7 @@ Intersample = Literal["held", "linear", "bandlimited"]
 
 def frozen_array(values: object, dtype: type = np.float64) -> NDArray[np.float64]:
     """Return a read-only one-dimensional copy-free view of ``values``; raise ValueError on another shape."""
-    array = np.asarray(values, dtype=dtype).view()
+    array: NDArray[np.float64] = np.asarray(values, dtype=dtype).view()
     if array.ndim != 1:
         raise ValueError(f"a signal has one dimension, this one has shape {array.shape}")
     array.flags.writeable = False
@@ -56,7 +56,9 @@ class Trace:
         object.__setattr__(self, "u", frozen_array(self.u))
         object.__setattr__(self, "y", frozen_array(self.y))
         if self.u.size != self.y.size or self.u.size == 0:
-            raise ValueError(f"{self.name}: u has {self.u.size} samples and y has {self.y.size}; both must be equal and > 0")
+            raise ValueError(
+                f"{self.name}: u has {self.u.size} samples and y has {self.y.size}; both must be equal and > 0"
+            )
         if not self.rate_hz > 0:
             raise ValueError(f"{self.name}: sample rate is {self.rate_hz} Hz, it must be > 0")
 

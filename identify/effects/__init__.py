@@ -34,7 +34,9 @@ def effect_of(piece: Physics) -> Effect:
     form = piece.form or kind.forms[0]
     if place not in kind.places or form not in kind.forms:
         known = ", ".join(p.label for p in kind.places)
-        raise ValueError(f"{piece.id} has no form {form!r} at {place.label}; stages: {known}; forms: {', '.join(kind.forms)}")
+        raise ValueError(
+            f"{piece.id} has no form {form!r} at {place.label}; stages: {known}; forms: {', '.join(kind.forms)}"
+        )
     return kind(place, form)
 
 
@@ -52,8 +54,10 @@ def chain_of(model: Model, intersample: Intersample = "held") -> Chain:
 
 def physics_in(chain: Chain) -> tuple[Physics, ...]:
     """Return the physics put into a chain, with its values."""
-    return tuple(
-        Physics(effect.id, {short(p.name): chain.values[p.name] for p in effect.parameters()}, effect.place.label, effect.form)
-        for effect in chain.added
-        if isinstance(effect, Effect)
-    )
+    return tuple(_physics(effect, chain) for effect in chain.added if isinstance(effect, Effect))
+
+
+def _physics(effect: Effect, chain: Chain) -> Physics:
+    """Return one effect as a model keeps it."""
+    values = {short(p.name): chain.values[p.name] for p in effect.parameters()}
+    return Physics(effect.id, values, effect.place.label, effect.form)

@@ -38,7 +38,8 @@ class ExtraPole(Effect):
         """Return the running lag."""
         den = (values[0], 1.0) if values[0] > 0.0 else (1.0,)
         if isinstance(shape, Held):
-            return run_linear(stepper((1.0,), den, grid.step_s, "held", shape.fraction)), Ramp() if len(den) > 1 else shape
+            step = stepper((1.0,), den, grid.step_s, "held", shape.fraction)
+            return run_linear(step), Ramp() if len(den) > 1 else shape
         return run_linear(stepper((1.0,), den, grid.step_s, "ramp")), Ramp()
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:

@@ -25,7 +25,10 @@ class Feedthrough(Effect):
     declared = (K,)
     absent: ClassVar = {"k": 0.0}
     confused_with = (
-        Confusion("plateau_tilt", "a sine too small to move F at a high frequency: a bypass of F alone is filtered by G1 and G2"),
+        Confusion(
+            "plateau_tilt",
+            "a sine too small to move F at a high frequency: a bypass of F alone is filtered by G1 and G2",
+        ),
     )
     example: ClassVar = {"k": 0.012}
 

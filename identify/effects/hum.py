@@ -39,7 +39,8 @@ class Hum(Effect):
     places = (Place.SENSE, Place.G1)
     declared = (FREQUENCY, *AMPLITUDES, *PHASES)
     absent: ClassVar = {
-        "frequency": 50.0, "amplitude": 0.0, "third": 0.0, "fifth": 0.0, "phase": 0.0, "phase_third": 0.0, "phase_fifth": 0.0,
+        "frequency": 50.0, "amplitude": 0.0, "third": 0.0, "fifth": 0.0,
+        "phase": 0.0, "phase_third": 0.0, "phase_fifth": 0.0,
     }  # fmt: skip
     confused_with = (Confusion("feedthrough", "a stimulus that is no multiple of the mains frequency"),)
     example: ClassVar = {"frequency": 50.02, "amplitude": 0.03, "third": 0.012, "fifth": 0.006}

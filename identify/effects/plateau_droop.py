@@ -36,13 +36,14 @@ class DroopingPlay(Play):
         given = dict(zip([p.name for p in self.law], values[4:], strict=True))
         rate, current = given.get(RATE.name, 0.0), given.get(CURRENT.name, 0.0)
         keep = float(np.exp(-rate * grid.step_s))
+        s_l, d_l, s_u, d_u = values[:4]
         climb = current * (grid.step_s if rate == 0.0 else -np.expm1(-rate * grid.step_s) / rate)
         w = 0.0
 
         def run(block: Block) -> Array:
             nonlocal w
             out = np.empty_like(block.signal)
-            w = kernels.leaky_play(*values[:4], keep, -climb, w, block.signal, out)
+            w = kernels.leaky_play(s_l, d_l, s_u, d_u, keep, -climb, w, block.signal, out)
             return out
 
         return run, shape

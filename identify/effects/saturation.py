@@ -29,7 +29,10 @@ class Saturation(Effect):
     declared = (UPPER, LOWER)
     absent: ClassVar = {"upper": float("inf"), "lower": float("-inf")}
     confused_with = (
-        Confusion("adc_clipping", "a faster sine of the same amplitude: a rail at w is rounded by G2, a clipped reading stays flat"),
+        Confusion(
+            "adc_clipping",
+            "a faster sine of the same amplitude: a rail at w is rounded by G2, a clipped reading stays flat",
+        ),
         Confusion("soft_saturation", "a staircase with small steps just below the level"),
     )
     example: ClassVar = {"upper": 9.7, "lower": -10.4}

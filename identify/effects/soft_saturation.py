@@ -35,7 +35,10 @@ class SoftSaturation(Effect):
     absent: ClassVar = {"level": 1e9, "knee": 1.0, "slope": 0.0}
     confused_with = (
         Confusion("curved_border", "none: a monotone law right behind F is a bent border, exactly"),
-        Confusion("adc_nonlinearity", "a faster sine of the same amplitude: a law at y does not see w but what G2 leaves of it"),
+        Confusion(
+            "adc_nonlinearity",
+            "a faster sine of the same amplitude: a law at y does not see w but what G2 leaves of it",
+        ),
     )
     example: ClassVar = {"level": 16.0, "knee": 1.2, "slope": 0.2}
 
