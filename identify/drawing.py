@@ -1,7 +1,7 @@
 """How does a figure become part of a page that needs nothing from elsewhere?
 
-Figures are SVG with their text kept as text, embedded as data. Long signals are drawn as the envelope of their
-extremes, so that a page stays small and no peak is lost.
+Figures are SVG with their text kept as text, or PNG where there are too many lines, embedded as data. Long signals are
+drawn as the envelope of their extremes, so that a page stays small and no peak is lost.
 """
 
 import base64
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 BEFORE, AFTER, INK, PALE = "#d1711f", "#1f5fa8", "#27323d", "#c9d1d9"
 WIDTH_IN = 8.6
 ENVELOPE_BINS = 500
+LATTICE = 1500  # steps across a picture: more than it has pixels
+DPI = 150  # of pictures with so many lines that they are kept as pixels
 STYLE: Any = {
     "svg.fonttype": "none", "svg.hashsalt": "rig", "font.family": "sans-serif", "font.size": 9.0,
     "axes.titlesize": 9.5,
@@ -58,11 +60,15 @@ def new_figure(rows: int, columns: int, height_in: float) -> tuple["Figure", lis
     return figure, list(figure.subplots(rows, columns, squeeze=False).ravel())
 
 
-def embedded(figure: "Figure") -> str:
-    """Return the figure as a data URI; the same figure gives the same text."""
+def embedded(figure: "Figure", pixels: bool = False) -> str:
+    """Return the figure as a data URI, PNG with ``pixels``, else SVG; the same figure gives the same text."""
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
-    return "data:image/svg+xml;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
+    if pixels:
+        figure.savefig(buffer, format="png", dpi=DPI, metadata={"Software": None})
+    else:
+        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+    kind = "png" if pixels else "svg+xml"
+    return f"data:image/{kind};base64,{base64.b64encode(buffer.getvalue()).decode('ascii')}"
 
 
 def envelope(values: Array, bins: int = ENVELOPE_BINS) -> tuple[Array, Array, Array]:
@@ -86,27 +92,19 @@ def draw_signal(axes: "Axes", time: Array, values: Array, colour: str, label: st
         axes.fill_between(at, low, high, color=colour, linewidth=0.5, label=label)
 
 
-def outline(x: Array, y: Array, most: int = 2500) -> tuple[Array, Array]:
-    """Return a closed-up picture of a path in the plane: each piece of it once, NaN between pieces.
-
-    Points are moved to a lattice, coarse enough that at most ``most`` different pieces remain.
-    """
-    starts = ends = np.empty((0, 2))
-    for cells in (400, 200, 100, 50, 25):
-        lattice = np.column_stack((on_lattice(x, cells), on_lattice(y, cells)))
-        moved = np.any(np.diff(lattice, axis=0) != 0.0, axis=1)
-        pieces = np.unique(np.hstack((lattice[:-1][moved], lattice[1:][moved])), axis=0)
-        starts, ends = pieces[:, :2], pieces[:, 2:]
-        if pieces.shape[0] <= most:
-            break
-    gap = np.full_like(starts, np.nan)
-    points = np.stack((starts, ends, gap), axis=1).reshape(-1, 2)
+def outline(x: Array, y: Array) -> tuple[Array, Array]:
+    """Return a path in the plane with each piece of it once, NaN between pieces; detail too fine to see is lost."""
+    lattice = np.column_stack((on_lattice(x), on_lattice(y)))
+    moved = np.any(np.diff(lattice, axis=0) != 0.0, axis=1)
+    pieces = np.unique(np.hstack((lattice[:-1][moved], lattice[1:][moved])), axis=0)
+    gap = np.full((pieces.shape[0], 2), np.nan)
+    points = np.stack((pieces[:, :2], pieces[:, 2:], gap), axis=1).reshape(-1, 2)
     return points[:, 0], points[:, 1]
 
 
-def on_lattice(x: Array, cells: int) -> Array:
-    """Return x moved to the nearest of ``cells`` equal steps of its range."""
-    step = float(np.ptp(x)) / cells or 1.0
+def on_lattice(x: Array) -> Array:
+    """Return x moved to the nearest of equal steps of its range."""
+    step = float(np.ptp(x)) / LATTICE or 1.0
     return np.asarray(np.rint(x / step) * step)
 
 

@@ -112,7 +112,7 @@ def loop(answers: Sequence[Answer]) -> Picture:
         ax.set(xlabel="v, the input of F, in V", ylabel="w, the output of F, in V", title=answer.label)
     memory = answers[0].chain.stage_of(Play) is not None
     return Picture(
-        "Backlash loop" if memory else "What F does", embedded(figure),
+        "Backlash loop" if memory else "What F does", embedded(figure, pixels=True),
         "Path of F's output w against its input v: " + " beside ".join(answer.label for answer in answers),
         "Neither v nor w can be measured on the bench; both are what the fitted model says, over all runs.",
     )  # fmt: skip
@@ -146,10 +146,10 @@ def _residual_axes(ax: "Axes", time: Array, observation: Observation, drawn: Seq
     band = 2.0 * observation.noise_v / factor
     ax.axhspan(-band, band, color=PALE, alpha=0.7, linewidth=0)
     for answer, residual in drawn:
-        text = f"{answer.label}: {shown(rms(residual[np.isfinite(residual)]), 'V', 3)} rms"
+        text = f"{answer.label.removesuffix(' model')}, {shown(rms(residual[np.isfinite(residual)]), 'V', 3)} rms"
         draw_signal(ax, time, residual / factor, answer.colour, text)
     ax.set(xlabel="time in s", ylabel=f"y - model in {prefix}V")
-    ax.legend(fontsize=7, loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=2, borderaxespad=0.0, handlelength=1.0)
+    ax.legend(fontsize=7, loc="upper right", frameon=True, framealpha=0.85, edgecolor="none", handlelength=1.0)
 
 
 def spectra(answers: Sequence[Answer]) -> Picture | None:
@@ -227,16 +227,26 @@ def mismatch(profiles: Sequence[Profile], noise_v: float) -> Picture | None:
     rows = -(-len(profiles) // columns)
     figure, axes = new_figure(rows, columns, 0.4 + 2.3 * rows)
     for ax, profile in zip(axes, profiles, strict=False):
-        factor, prefix = prefix_of(max(float(np.nanmax(profile.before_v)), noise_v), "V")
-        ax.stairs(profile.before_v / factor, profile.edges, fill=True, color=BEFORE, alpha=0.85, label="before")
-        ax.stairs(profile.after_v / factor, profile.edges, fill=True, color=AFTER, alpha=0.85, label="after")
-        ax.axhline(noise_v / factor, color=INK, linestyle="--", linewidth=0.9, label="noise")
-        ax.set(xlabel=f"{profile.axis} in {profile.unit}" if profile.unit else profile.axis, ylabel=f"rms in {prefix}V")
-    axes[0].legend(fontsize=7.5)
+        _draw_profile(ax, profile, noise_v)
+    axes[0].legend(fontsize=7.5, frameon=True, framealpha=0.85, edgecolor="none")
     for ax in axes[len(profiles):]:
         ax.set_visible(False)
     return Picture(
         "Where the mismatch sits", embedded(figure),
         "Root mean square of recording minus model along " + ", ".join(profile.axis for profile in profiles),
-        "Tall orange bars say where the plain model fails; the blue ones are what the improved model leaves there.",
+        "Tall orange bars say where the plain model fails; the blue ones are what the improved model leaves there. The "
+        "scale is logarithmic.",
     )  # fmt: skip
+
+
+def _draw_profile(ax: "Axes", profile: Profile, noise_v: float) -> None:
+    """Draw one coordinate, sizes on a logarithmic axis so that both models and the noise are seen."""
+    factor, prefix = prefix_of(max(float(np.nanmax(profile.before_v)), noise_v), "V")
+    floor = 0.3 * noise_v / factor
+    for sizes_v, colour, label in ((profile.before_v, BEFORE, "before"), (profile.after_v, AFTER, "after")):
+        sizes = np.maximum(sizes_v / factor, floor)
+        ax.stairs(sizes, profile.edges, baseline=floor, fill=True, color=colour, alpha=0.85, label=label)
+    ax.axhline(noise_v / factor, color=INK, linestyle="--", linewidth=0.9, label="noise")
+    ax.set_yscale("log")
+    ax.set_ylim(bottom=floor)
+    ax.set(xlabel=f"{profile.axis} in {profile.unit}" if profile.unit else profile.axis, ylabel=f"rms in {prefix}V")

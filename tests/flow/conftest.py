@@ -20,7 +20,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def held_out(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return another protocol on the same rig: other levels, another sine."""
     folder = tmp_path_factory.mktemp("held_out")
-    path = protocol(folder, ("scale: 0.6", "scale: 0.7"), ("11 Hz", "13 Hz"), name="other.yaml")
+    path = protocol(folder, ("scale: 0.6", "scale: 0.7"), ("frequency: 10 Hz", "frequency: 12.5 Hz"), name="other.yaml")
     ended = rig("run", path.name, cwd=folder)
     assert ended.code == 0, ended
     return folder / "other.h5"

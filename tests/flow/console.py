@@ -58,10 +58,10 @@ steps:
       levels: [{from: -3 V, to: 3 V, step: 0.5 V}, {from: 2.5 V, to: -3.5 V, step: 0.5 V}]
       scale: 0.6
       dwell: {settle: 1 %, hold: 10 ms}
-  - {repeats: 2, sine: {frequency: 11 Hz, amplitude: 3.9 V, periods: 3}}
-  - {repeats: 2, sine: {frequency: 33 Hz, amplitude: 9.5 V, periods: 6}}
+  - {repeats: 2, sine: {frequency: 10 Hz, amplitude: 5 V, periods: 3}}
+  - {repeats: 2, sine: {frequency: 40 Hz, amplitude: 9.5 V, periods: 6}}
 """
-"""A short protocol on the op-amp rig; line 9 opens the levels, line 12 is the sine of 11 Hz."""
+"""A short protocol on the op-amp rig; line 9 opens the levels, line 12 is the sine of 10 Hz."""
 
 
 def protocol(folder: Path, *changes: tuple[str, str], name: str = "short.yaml") -> Path:

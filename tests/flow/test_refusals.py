@@ -8,7 +8,7 @@ import pytest
 from tests.flow.console import protocol, refused, rig
 
 WRONG = [
-    ("unit missing", ("amplitude: 3.9 V", "amplitude: 3.9"), 2, ("short.yaml:12: steps[1].sine.amplitude", "'3.9 V'")),
+    ("unit missing", ("amplitude: 5 V", "amplitude: 5"), 2, ("short.yaml:12: steps[1].sine.amplitude", "'5 V'")),
     (
         "over the limit",
         ("amplitude: 9.5 V", "amplitude: 12 V"),

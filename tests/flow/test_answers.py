@@ -1,0 +1,105 @@
+"""Does a recording made on the loopback end in the answer: the rails found, proven, told, and usable as a model?
+
+The rig the loopback plays conceals rails of 10 V; no command below is told of them.
+"""
+
+import json
+import signal
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rig.recording import read
+from tests.flow.console import Ended, protocol, rig, start
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("answers")
+
+
+@pytest.fixture(scope="module")
+def explained(folder: Path, recording: Path, held_out: Path) -> Ended:
+    return rig(
+        "explain", recording, "--hold-out", held_out, "--json", "answer.json", "--report", "page.html", cwd=folder
+    )
+
+
+@pytest.fixture(scope="module")
+def answer(folder: Path, explained: Ended) -> dict[str, Any]:
+    assert explained.code == 0, explained
+    return dict(json.loads((folder / "answer.json").read_text(encoding="utf-8")))
+
+
+def test_the_concealed_rails_are_named_and_proven_on_the_run_held_out(answer: dict[str, Any]) -> None:
+    assert answer["schema"] == "rig.explain/1"
+    assert answer["verdict"] == "explained"
+    assert answer["location"]["stage"] == "F"
+    assert [effect["id"] for effect in answer["effects"]] == ["saturation"]
+    limits = answer["effects"][0]["parameters"]
+    assert limits["upper"]["value"] == pytest.approx(10.0, rel=5e-3)
+    assert limits["lower"]["value"] == pytest.approx(-10.0, rel=5e-3)
+    proof = answer["fit"]["held_out"]
+    assert proof["runs"] == ["other"]
+    assert proof["after"] <= 1.1 * proof["noise"] < proof["before"]
+
+
+def test_the_verdict_comes_first_in_words_and_on_the_page(
+    folder: Path, explained: Ended, answer: dict[str, Any]
+) -> None:
+    assert explained.out.startswith(f"EXPLAINED. {answer['sentence']}")
+    page = (folder / "page.html").read_text(encoding="utf-8")
+    assert page.count('<img src="data:image/') == 6
+    for title in ("Where the mismatch sits", "Residual before and after", "Staircase and borders", "Backlash loop"):
+        assert title in page
+    assert "saturation:" in page
+    assert len(page) < 3_000_000
+
+
+def test_the_improved_model_is_readable_and_answers_like_the_rig(
+    folder: Path, held_out: Path, answer: dict[str, Any]
+) -> None:
+    played = rig("simulate", held_out, "--rig", "answer.json", "--out", "played.csv", cwd=folder)
+    assert played.code == 0, played
+    rows = (folder / "played.csv").read_text(encoding="utf-8").splitlines()
+    assert rows[0] == "time_s,u_V,y_V,simulated_V"
+    off = [float(row.split(",")[2]) - float(row.split(",")[3]) for row in rows[1:]]
+    rms = (sum(e * e for e in off) / len(off)) ** 0.5
+    assert rms <= 1.1 * answer["noise"]["rms"]
+
+
+def test_identify_gives_json_alone_on_stdout(folder: Path, recording: Path, answer: dict[str, Any]) -> None:
+    ended = rig("identify", recording, "--rig", "answer.json", "--json", "-", "--report", "rig.html", cwd=folder)
+    assert ended.code == 0, ended
+    found = json.loads(ended.out)
+    assert found["schema"] == "rig.identify/1"
+    assert found["backlash"]["S_L"]["value"] == pytest.approx(8.0, rel=0.01)
+    assert found["backlash"]["D_U"]["value"] == pytest.approx(-1.25, rel=0.01)
+    assert found["fit"]["rms_V"] <= 1.1 * found["fit"]["noise_rms_V"]
+    assert {point["branch"] for point in found["staircase"]} >= {"loading", "unloading", "plateau"}
+    assert "Staircase and borders" in (folder / "rig.html").read_text(encoding="utf-8")
+
+
+def test_a_run_over_a_real_port_is_identified_as_on_the_loopback(
+    folder: Path, recording: Path, answer: dict[str, Any]
+) -> None:
+    protocol(folder)
+    with start("emulate", "serial", "--speed", "10", cwd=folder) as board:
+        assert board.stdout is not None
+        address = board.stdout.readline().strip()
+        played = rig("run", "short.yaml", "--device", address, "--out", "wire.h5", cwd=folder)
+        board.send_signal(signal.SIGINT)
+        board.communicate(timeout=10)
+    assert played.code == 0, played
+    kept = read(folder / "wire.h5")
+    assert kept.complete
+    assert kept.trace().valid is None
+    borders = [
+        json.loads(rig("identify", run, "--rig", "answer.json", "--json", "-", cwd=folder).out)["backlash"]
+        for run in (recording, "wire.h5")
+    ]
+    for name in ("S_L", "D_L", "S_U", "D_U"):
+        one, two = (found[name]["ci95"] for found in borders)
+        assert one[0] <= two[1]
+        assert two[0] <= one[1]
