@@ -170,7 +170,8 @@ class Gain(Stage):
 
     def parameters(self) -> tuple[Parameter, ...]:
         """Return gain and offset."""
-        return (Parameter("F.gain", "V/V", scale=0.3 * abs(self.start.gain)), Parameter("F.offset", "V", scale=0.1))
+        size = abs(self.start.gain) or 1.0
+        return (Parameter("F.gain", "V/V", scale=0.3 * size), Parameter("F.offset", "V", scale=0.1))
 
     def start_values(self) -> Values:
         """Return the rig file's gain and offset."""

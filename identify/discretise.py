@@ -41,11 +41,11 @@ class Stepper:
 def companion(num: Row, den: Row) -> tuple[Matrix, Matrix, Matrix, float, float]:
     """Return (A, B, C, D, w0): a controllable form in scaled time s / w0, so that entries stay near one.
 
-    ``num`` and ``den`` in descending powers, len(num) <= len(den). ValueError when the block is improper.
+    ``num`` and ``den`` in descending powers, len(num) <= len(den). ValueError when the block is improper
+    or its denominator begins or ends in 0.
     """
     order = len(den) - 1
-    if len(num) > len(den):
-        raise ValueError(f"numerator of order {len(num) - 1} over denominator of order {order} is not realisable")
+    _check(num, den)
     w0 = float(abs(den[-1] / den[0]) ** (1.0 / order))
     powers = w0 ** np.arange(order, -1, -1.0)
     a = np.asarray(den) * powers
@@ -59,6 +59,16 @@ def companion(num: Row, den: Row) -> tuple[Matrix, Matrix, Matrix, float, float]
     big_b[-1, 0] = 1.0
     taps = (b[1:] - b[0] * a[1:])[::-1]
     return big_a, big_b, taps, float(b[0]), w0
+
+
+def _check(num: Row, den: Row) -> None:
+    """Raise ValueError for a block that no circuit with a gain at 0 Hz can be."""
+    if len(num) > len(den):
+        raise ValueError(
+            f"numerator of order {len(num) - 1} over denominator of order {len(den) - 1} is not realisable"
+        )
+    if den[0] == 0.0 or den[-1] == 0.0:
+        raise ValueError(f"the first and the last coefficient of the denominator {den} must not be 0")
 
 
 def transition(a: Matrix, b: Matrix, step: float) -> tuple[Matrix, Matrix, Matrix]:
@@ -76,9 +86,11 @@ def transition(a: Matrix, b: Matrix, step: float) -> tuple[Matrix, Matrix, Matri
 def stepper(num: Row, den: Row, step_s: float, shape: InputShape, fraction: float = 0.0) -> Stepper:
     """Return the exact stepper of num/den for an input of the given shape; ``fraction`` is for held inputs.
 
+    Raises ValueError when the block is improper or its denominator begins or ends in 0.
     Source: Van Loan, Computing integrals involving the matrix exponential, IEEE TAC 23 (1978) 395.
     """
     if len(den) == 1:
+        _check(num, den)
         gain = num[-1] / den[-1]
         return Stepper(((0.0,),), (0.0,), (0.0,), (0.0,), gain)
     a, b, taps, d, w0 = companion(num, den)

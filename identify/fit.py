@@ -8,7 +8,7 @@ unperturbed one every stage before the first that differs.
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import exp, log
+from math import exp, isfinite, log
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,13 +98,18 @@ def is_fixed(name: str, fixed: Sequence[str]) -> bool:
     return any(name == item or name.startswith(item + ".") for item in fixed)
 
 
+def is_absent(parameter: Parameter, value: float) -> bool:
+    """Return whether ``value`` says that there is none: no rail at infinity, no delay of 0 s; no step leads from it."""
+    return not isfinite(value) or (parameter.coordinate == "log" and value == 0.0)
+
+
 def coordinates_of(
     chain: Chain, centre: Mapping[str, float], runs: Sequence[str], fixed: Sequence[str] = ()
 ) -> tuple[Coordinate, ...]:
-    """Return what is searched: every parameter not fixed, local ones once for each run."""
+    """Return what is searched: every parameter neither fixed nor absent, local ones once for each run."""
     found: list[Coordinate] = []
     for parameter in chain.parameters():
-        if is_fixed(parameter.name, fixed):
+        if is_fixed(parameter.name, fixed) or is_absent(parameter, centre[parameter.name]):
             continue
         names = [local_name(parameter.name, run) for run in runs] if parameter.local else [parameter.name]
         found += [Coordinate(n, parameter, centre.get(n, centre[parameter.name])) for n in names]

@@ -5,7 +5,7 @@ from functools import cache
 from importlib.metadata import entry_points
 
 from identify.chain import Chain, plain_chain
-from identify.effects.effect import Effect, short
+from identify.effects.effect import Effect
 from identify.model import Model, Physics
 from identify.stage import Place
 from identify.trace import Intersample
@@ -58,6 +58,11 @@ def physics_in(chain: Chain) -> tuple[Physics, ...]:
 
 
 def _physics(effect: Effect, chain: Chain) -> Physics:
-    """Return one effect as a model keeps it."""
-    values = {short(p.name): chain.values[p.name] for p in effect.parameters()}
+    """Return one effect as a model keeps it, with the values some of its parameters have in single runs."""
+    own = {p.name for p in effect.parameters()}
+    values = {
+        name.removeprefix(f"{effect.id}."): value
+        for name, value in chain.values.items()
+        if name.partition("[")[0] in own
+    }
     return Physics(effect.id, values, effect.place.label, effect.form)
