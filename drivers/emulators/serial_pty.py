@@ -35,7 +35,7 @@ HARDWARE = Hardware(
     Identity("serial DAQ, emulated", "EMU-1", "1"),
     Capabilities(output_low_v=-10.0, output_high_v=10.0, input_low_v=-20.0, input_high_v=20.0, min_rate_hz=1.0,
                  max_rate_hz=50_000.0, output_bits=16, input_bits=24, buffer_samples=32768),
-    output_fifo=32768, input_fifo=8192, history=32768, clock_hz=48e6, watchdog_s=2.0,
+    output_fifo=32768, input_fifo=32768, history=32768, clock_hz=48e6, watchdog_s=2.0,
 )
 
 

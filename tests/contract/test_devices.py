@@ -30,7 +30,7 @@ def loopback(folder: Path, rig: str) -> Iterator[str]:
 
 @contextmanager
 def serial(folder: Path, rig: str) -> Iterator[str]:
-    with emulated(rig, speed=10) as device:
+    with emulated(rig, speed=5) as device:
         yield device.address
 
 
