@@ -19,6 +19,7 @@ from rig.linearblock import settling_time_s
 from rig.protocol import Limits, Protocol, ProtocolStep
 from rig.stimuli import Array, is_whole
 from rig.stimulus import MAX_SAMPLES, Drawn, Setting
+from rig.yamlfile import parse_yaml
 
 __all__ = ["Limits", "Plan", "PlannedStep", "plan", "whole_rate_hz"]
 
@@ -97,7 +98,7 @@ def plan(protocol: Protocol, rate_hz: float | None = None) -> Plan:
     Raises RefusedError for what must not or cannot be played.
     """
     rate = protocol.rate_hz if rate_hz is None else rate_hz
-    _check_level(protocol.safe_level_v, protocol.limits, f"{protocol.path}: safe_level", "the safe level")
+    _check_level(protocol.safe_level_v, protocol.limits, _place(protocol, "safe_level"), "the safe level")
     drawn = _draw_all(protocol, rate)
     order = [index for index, step in enumerate(protocol.steps) for _ in range(step.repeats)] * protocol.repeats
     _check_slew(protocol, drawn, order, rate)
@@ -180,6 +181,7 @@ def _check_slew(protocol: Protocol, drawn: list[Drawn], order: list[int], rate_h
     slew = protocol.limits.slew_v_per_s
     if slew is None:
         return
+    _check_ramp(protocol, drawn, slew)
     ends = [protocol.safe_level_v, *(float(drawn[index].u[-1]) for index in order)]
     for before, index in sorted(set(zip(ends[:-1], order, strict=True)), key=lambda entry: entry[1]):
         slopes = np.abs(np.diff(drawn[index].u, prepend=before)) * rate_hz
@@ -189,6 +191,21 @@ def _check_slew(protocol: Protocol, drawn: list[Drawn], order: list[int], rate_h
                                value=f"{slopes.max():.6g} V/s, first at {at_s:.6g} s of the step",
                                allowed=f"{slew:g} V/s (limits.slew)",
                                do="go there by a triangle or a linear table, or raise limits.slew")
+
+
+def _check_ramp(protocol: Protocol, drawn: list[Drawn], slew: float) -> None:
+    """Raise RefusedError when the ramp to the safe level, from the level furthest from it, is too steep."""
+    furthest_v = max(float(np.abs(pieces.u - protocol.safe_level_v).max()) for pieces in drawn)
+    shortest_s = furthest_v / slew
+    if protocol.ramp_s < shortest_s * (1 - LEVEL_SLACK):
+        raise RefusedError("the ramp to the safe level is too steep", where=_place(protocol, "ramp"),
+                           value=f"{furthest_v:.6g} V in {protocol.ramp_s:g} s",
+                           allowed=f"{slew:g} V/s (limits.slew)", do=f"write 'ramp: {shortest_s:.3g} s' or longer")
+
+
+def _place(protocol: Protocol, key: str) -> str:
+    """Return file, line and key of what stands at the top of the protocol."""
+    return parse_yaml(protocol.text, protocol.path).at(key)
 
 
 def _planned(protocol: Protocol, drawn: list[Drawn], order: list[int]) -> tuple[PlannedStep, ...]:

@@ -156,7 +156,7 @@ def test_what_must_not_be_played_is_refused_at_its_line(steps: str, message: str
 
 def test_the_safe_level_is_held_to_the_limits_too() -> None:
     text = refused("  - hold: {level: 1 V, time: 1 s}\n", HEAD + "safe_level: 11 V\n")
-    assert "p.yaml: safe_level: the safe level is over the limit: 11 V" in text
+    assert "p.yaml:6: safe_level: the safe level is over the limit: 11 V" in text
 
 
 @pytest.mark.parametrize(("steps", "blamed"), [
@@ -168,6 +168,15 @@ def test_the_safe_level_is_held_to_the_limits_too() -> None:
 def test_a_slope_beyond_the_slew_limit_is_refused_the_jump_into_a_step_included(steps: str, blamed: str) -> None:
     head = HEAD.replace("{level: 10 V}", "{level: 10 V, slew: 100 V/s}")
     assert blamed in refused(steps, head)
+
+
+def test_a_ramp_to_the_safe_level_beyond_the_slew_limit_is_refused() -> None:
+    head = HEAD.replace("{level: 10 V}", "{level: 10 V, slew: 100 V/s}")
+    steps = "  - triangle: {frequency: 10 Hz, amplitude: 2 V, periods: 1}\n"
+    text = refused(steps, head + "ramp: 10 ms\n")
+    assert text == ("p.yaml:6: ramp: the ramp to the safe level is too steep: 2 V in 0.01 s; "
+                    "allowed: 100 V/s (limits.slew); write 'ramp: 0.02 s' or longer")
+    assert planned(steps, head + "ramp: 20 ms\n").ramp_s == 0.02
 
 
 def test_a_slope_within_the_slew_limit_is_played() -> None:

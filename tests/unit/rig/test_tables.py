@@ -65,6 +65,9 @@ def test_a_range_of_rows_is_read_and_named_by_file_lines(tmp_path: Path) -> None
 @pytest.mark.parametrize(("text", "message"), [
     ("a,b\n1,2\nx,4\n", "t.csv:3: column 1 (a): not a number: 'x'; allowed: finite numbers in every row; correct"),
     ("1,2\nNaN,4\n", "t.csv:2: column 1: not a number: 'NaN'"),
+    ("1,2\n1_000,4\n", "t.csv:2: column 1: not a number: '1_000'"),
+    ("1,2\n0x10,4\n", "t.csv:2: column 1: not a number: '0x10'"),
+    ("1,2\n1 000,4\n", "t.csv:2: column 1: not a number: '1 000'"),
     ("1,2\ninf,4\n", "t.csv:2: column 1: not a number: 'inf'"),
     ("a,b\n1,2\n3\n", "t.csv:3: unequal columns: 1 cells; allowed: 2 as in the lines before; complete the row"),
     ("a,b\n1,2,3\n", "t.csv:2: unequal columns: 3 cells; allowed: 2"),
