@@ -216,6 +216,18 @@ def test_a_killed_process_leaves_all_it_reported_and_a_file_that_opens(tmp_path:
         assert file["protocol"].asstr()[()] == "text"
 
 
+def test_a_run_stopped_while_it_is_closed_is_still_readable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def stop(self: Path, target: Path) -> None:
+        raise KeyboardInterrupt
+
+    writer = Writer(tmp_path / "r.h5", a_plan(), EQUIPMENT)
+    writer.append(0, np.ones(40))
+    monkeypatch.setattr(Path, "replace", stop)
+    with pytest.raises(KeyboardInterrupt):
+        writer.finish(True, "all")
+    assert read(tmp_path / "r.h5").count(Entry.RECORDED) == 40
+
+
 def test_a_recording_being_written_says_so(tmp_path: Path) -> None:
     command = [sys.executable, "-c", KILLED + "\nsys.stdin.read()\n", str(tmp_path / "r.h5")]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stdin=subprocess.PIPE, text=True) as process:
