@@ -16,7 +16,7 @@ from rig.device import Flag
 
 REPEAT_S = 0.15
 """Wait before what was sent, or asked for, is sent or asked for again."""
-REQUESTS = 6
+REQUESTS = 10
 """How often a lost sample is asked for before it is given up."""
 SAMPLES_PER_OUTPUT, FRAMES_AT_ONCE = 128, 32
 REQUESTS_AT_ONCE = 16

