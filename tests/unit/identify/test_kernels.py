@@ -1,0 +1,137 @@
+"""Do the compiled loops do what their equations say, sample by sample?"""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from identify import kernels
+
+QUICK = settings(deadline=None, max_examples=60)
+LEVELS = st.floats(-10.0, 10.0, width=32)
+SIGNALS = st.lists(LEVELS, min_size=1, max_size=60).map(np.array)
+BORDERS = st.tuples(st.floats(0.2, 9.0), st.floats(0.0, 3.0), st.floats(0.2, 9.0), st.floats(-3.0, 0.0))
+
+
+def play_by_hand(borders, v, level=0.0, keep=1.0, lose=0.0):
+    s_l, d_l, s_u, d_u = borders
+    w = []
+    for value in v:
+        level = level * keep - lose
+        level = max(level, s_l * (value - d_l))
+        level = min(level, s_u * (value - d_u))
+        w.append(level)
+    return np.array(w)
+
+
+def play(borders, v, level=0.0):
+    out = np.empty(v.size)
+    kernels.play(*borders, level, v, out)
+    return out
+
+
+def block_of(order, seed):
+    """Return a stable random state-space step as tuples: rows, g0, g1, c, d."""
+    rng = np.random.default_rng(seed)
+    rows = rng.normal(size=(order, order))
+    rows *= 0.9 / np.abs(np.linalg.eigvals(rows)).max()
+    g0, g1, c = rng.normal(size=(3, order))
+    return tuple(map(tuple, rows)), tuple(g0), tuple(g1), tuple(c), 0.3
+
+
+def linear_by_hand(block, signal):
+    rows, g0, g1, c, d = (np.array(part) for part in block)
+    x, last, out = np.zeros(len(g0)), 0.0, []
+    for value in signal:
+        x = rows @ x + g0 * last + g1 * value
+        last = value
+        out.append(c @ x + d * value)
+    return np.array(out), x
+
+
+@pytest.mark.parametrize("order", [1, 2, 3, 5])
+def test_linear_is_the_recurrence_written_out(order):
+    block, signal, out = block_of(order, order), np.random.default_rng(1).normal(size=200), np.empty(200)
+    state, last = kernels.linear(*block, (0.0,) * order, 0.0, signal, out)
+    expected, x = linear_by_hand(block, signal)
+    assert np.allclose(out, expected, rtol=1e-12, atol=1e-12)
+    assert np.allclose(state, x, rtol=1e-12, atol=1e-12)
+    assert last == signal[-1]
+
+
+@QUICK
+@given(BORDERS, SIGNALS, LEVELS)
+def test_play_is_the_operator_written_out(borders, v, level):
+    assert np.array_equal(play(borders, v, level), play_by_hand(borders, v, level))
+
+
+@QUICK
+@given(BORDERS, SIGNALS, st.data())
+def test_play_does_not_depend_on_how_fast_its_input_comes(borders, v, data):
+    """Stretches of any length between the same levels, and resting on them, change nothing (rate independence)."""
+    counts = data.draw(st.lists(st.integers(1, 7), min_size=v.size, max_size=v.size))
+    levels = np.concatenate([[0.0], v])
+    slow = np.concatenate([np.linspace(a, b, n + 1)[1:] for a, b, n in zip(levels[:-1], v, counts, strict=True)])
+    slow[np.cumsum(counts) - 1] = v  # linspace may miss its end by a rounding
+    assert np.allclose(play(borders, slow)[np.cumsum(counts) - 1], play(borders, v), rtol=0, atol=1e-12)
+
+
+@QUICK
+@given(BORDERS, SIGNALS)
+def test_play_stays_between_its_borders_and_holds_inside_them(borders, v):
+    s_l, d_l, s_u, d_u = borders
+    w = play(borders, v)
+    lower, upper = s_l * (v - d_l), s_u * (v - d_u)
+    proper = lower <= upper
+    assert np.all(w[proper] >= lower[proper])
+    assert np.all(w <= upper)
+    inside = (w[1:] > lower[1:]) & (w[1:] < upper[1:])
+    assert np.array_equal(w[1:][inside], w[:-1][inside])
+
+
+@QUICK
+@given(BORDERS, SIGNALS, st.floats(0.5, 1.0), st.floats(-0.3, 0.3))
+def test_leaky_play_forgets_before_the_borders_act(borders, v, keep, lose):
+    out = np.empty(v.size)
+    last = kernels.leaky_play(*borders, keep, lose, 0.0, v, out)
+    assert np.array_equal(out, play_by_hand(borders, v, 0.0, keep, lose))
+    assert last == out[-1]
+
+
+def test_leaky_play_that_loses_nothing_is_play():
+    v, out = 4.0 * np.sin(np.linspace(0.0, 30.0, 500)), np.empty(500)
+    borders = (8.0, 1.25, 7.0, -1.0)
+    kernels.leaky_play(*borders, 1.0, 0.0, 0.0, v, out)
+    assert np.array_equal(out, play(borders, v))
+
+
+def test_tangent_of_play_is_the_limit_of_a_difference():
+    rng = np.random.default_rng(3)
+    borders = (8.0, 1.25, 7.0, -1.0)
+    v, dv = np.cumsum(rng.normal(0.0, 0.7, 400)), rng.normal(size=(3, 400))
+    w, out, step = play(borders, v), np.empty((3, 400)), 1e-7
+    kernels.play_tangent(*borders, v, w, dv, out)
+    differences = np.array([(play(borders, v + step * row) - w) / step for row in dv])
+    assert np.ptp(w) > 10.0
+    assert np.allclose(out, differences, rtol=0, atol=1e-5)
+
+
+def test_plain_chain_is_its_three_stages_one_after_the_other():
+    one, two, borders = block_of(2, 5), block_of(3, 6), (8.0, 1.25, 7.0, -1.0)
+    u, out = np.random.default_rng(7).normal(0.0, 2.0, 300), np.empty(300)
+    kernels.plain_chain(*one, (0.0,) * 2, *borders, 0.0, *two, (0.0,) * 3, 0.0, u, out)
+    w = play_by_hand(borders, linear_by_hand(one, u)[0])
+    assert np.ptp(w) > 1.0
+    assert np.allclose(out, linear_by_hand(two, w)[0], rtol=1e-12, atol=1e-10)
+
+
+def test_age_counts_samples_on_a_plateau_and_starts_anew():
+    branch = np.array([0.0, 0.0, 1.0, 0.0, 2.0, 0.0, 0.0, 0.0])
+    assert kernels.age(branch, 0.0).tolist() == [1, 2, 0, 1, 0, 1, 2, 3]
+
+
+def test_loops_are_for_compiled_code():
+    with pytest.raises(NotImplementedError, match="compiled code only"):
+        kernels.dot((1.0,), (1.0,))
+    with pytest.raises(NotImplementedError, match="compiled code only"):
+        kernels.advance(((1.0,),), (1.0,), (1.0,), (1.0,), 1.0, 1.0)
