@@ -31,7 +31,12 @@ class Correction(Stage):
     place: Place
     name: str = "correction"
     size: int = 0
-    axis: ClassVar[str]
+    kind: ClassVar[str]  # what it is, as a sentence needs it
+
+    @property
+    @abstractmethod
+    def axis(self) -> str:
+        """Return the coordinate along which it acts."""
 
     def parameters(self) -> tuple[Parameter, ...]:
         """Return the weights of the shapes."""
@@ -59,10 +64,15 @@ class Correction(Stage):
 
 @dataclass(frozen=True)
 class LevelMap(Correction):
-    """A free-form memoryless law: straight between knots over the level of the signal, or of another one."""
+    """A free-form memoryless law: straight between knots over the level of the signal."""
 
     knots: tuple[float, ...] = ()
-    axis = "level"
+    kind = "a memoryless law"
+
+    @property
+    def axis(self) -> str:
+        """Return the level of the signal at the place."""
+        return {Place.SOURCE: "level of u", Place.F: "level of w"}.get(self.place, "level of y")
 
     def summed(self, values: Values, grid: Grid, shape: Shape) -> Run:
         """Return the signal plus the interpolated correction."""
@@ -74,7 +84,12 @@ class RateMap(Correction):
     """A free-form law of how fast the signal moves, in V/s."""
 
     knots: tuple[float, ...] = ()
-    axis = "rate"
+    kind = "a law of the rate of change"
+
+    @property
+    def axis(self) -> str:
+        """Return the coordinate."""
+        return "rate of w"
 
     def summed(self, values: Values, grid: Grid, shape: Shape) -> Run:
         """Return the signal plus the correction at its rate of change."""
@@ -94,7 +109,12 @@ class Filter(Correction):
     """A free-form linear block: high-passes over all time scales of the recording, none with a gain at zero."""
 
     taus_s: tuple[float, ...] = ()
-    axis = "frequency"
+    kind = "a linear filter"
+
+    @property
+    def axis(self) -> str:
+        """Return the coordinate."""
+        return "frequency"
 
     def summed(self, values: Values, grid: Grid, shape: Shape) -> Run:
         """Return the signal plus the weighted high-passes."""
@@ -114,7 +134,12 @@ class Bypass(Correction):
     """A free-form linear path from the generator past the circuit: u and lags of u."""
 
     taus_s: tuple[float, ...] = ()
-    axis = "level of u"
+    kind = "a path past the circuit"
+
+    @property
+    def axis(self) -> str:
+        """Return the coordinate."""
+        return "level of u"
 
     def summed(self, values: Values, grid: Grid, shape: Shape) -> Run:
         """Return the signal plus the weighted copies of the source voltage."""
@@ -133,7 +158,12 @@ class Hysteresis(Correction):
     """Further plays, each wider than F's, so that turning points other than F's matter (Prandtl-Ishlinskii)."""
 
     half_gaps_v: tuple[float, ...] = ()
-    axis = "branch"
+    kind = "a second, wider hysteresis"
+
+    @property
+    def axis(self) -> str:
+        """Return the coordinate."""
+        return "branch"
 
     def summed(self, values: Values, grid: Grid, shape: Shape) -> Run:
         """Return the signal plus the weighted plays."""
@@ -156,7 +186,12 @@ class Plateau(Correction):
 
     knots: tuple[float, ...] = ()
     rest_v: float = field(default=1e-9)
-    axis = "time on a plateau"
+    kind = "a creep on plateaus"
+
+    @property
+    def axis(self) -> str:
+        """Return the coordinate."""
+        return "time on a plateau"
 
     def summed(self, values: Values, grid: Grid, shape: Shape) -> Run:
         """Return the signal plus what has crept since it last moved."""
@@ -182,7 +217,12 @@ class ClockMap(Correction):
 
     knots: tuple[float, ...] = ()
     times: bool = False
-    axis = "clock time"
+    kind = "a table over the clock"
+
+    @property
+    def axis(self) -> str:
+        """Return the coordinate."""
+        return "clock time"
 
     def summed(self, values: Values, grid: Grid, shape: Shape) -> Run:
         """Return the signal plus the table, or times one plus the table."""
@@ -199,7 +239,12 @@ class Line(Correction):
     """A free line: one frequency, amplitude and phase of its own in every run."""
 
     frequency_hz: float = 0.0
-    axis = "mains lines"
+    kind = "a line free of the stimulus"
+
+    @property
+    def axis(self) -> str:
+        """Return the coordinate."""
+        return "mains lines"
 
     def parameters(self) -> tuple[Parameter, ...]:
         """Return the two components, in V, of every run."""

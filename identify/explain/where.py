@@ -1,0 +1,96 @@
+"""Where on its own coordinate does an effect act, and how large is the mismatch along it?"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from identify.chain import Chain, signals
+from identify.explain.explanation import Profile, Range
+from identify.observe import Observation
+from identify.stage import Place
+from identify.trace import Array
+
+BINS = 24
+MOST = 0.95  # share of an effect's energy that the stretch reported must hold
+UNITS = {"frequency": "Hz", "clock time": "s", "time on a plateau": "s", "mains lines": "Hz", "rate of w": "V/s"}
+
+
+def coordinate(axis: str, chain: Chain, observation: Observation) -> Array:
+    """Return the coordinate of every sample along an axis of time or level, shape (N,)."""
+    trace = observation.trace
+    if axis == "clock time":
+        return trace.start_s + np.arange(trace.size) / trace.rate_hz
+    if axis == "level of u":
+        return trace.u
+    taps = signals(chain, trace)
+    if axis == "level of y":
+        return taps[-1]
+    w = taps[_tap_of_w(chain)]
+    if axis == "time on a plateau":
+        still = np.abs(np.diff(w, prepend=w[:1])) < 1e-3 * max(float(np.ptp(w)), 1e-12)
+        return _age(still) / trace.rate_hz
+    if axis == "rate of w":
+        return np.diff(w, prepend=w[:1]) * trace.rate_hz
+    return w
+
+
+def _tap_of_w(chain: Chain) -> int:
+    """Return the index of the stage that makes w: F itself, before physics put behind it."""
+    return max(i for i, stage in enumerate(chain.stages) if stage.name == "F" and stage.place is Place.F)
+
+
+def _age(still: np.ndarray) -> Array:
+    """Return how many samples each sample has been still."""
+    index = np.arange(still.size)
+    last = np.maximum.accumulate(np.where(still, -1, index))
+    return np.asarray(index - np.maximum(last, 0), dtype=np.float64)
+
+
+def acting(axis: str, chain: Chain, without: Chain, observations: Sequence[Observation]) -> Range:
+    """Return the stretch of ``axis`` that holds most of the difference between two chains' answers."""
+    changes = [np.where(o.use, o.residual(without) - o.residual(chain), 0.0) for o in observations]
+    if axis in ("frequency", "mains lines"):
+        grid, power = _spectrum(changes, observations)
+    else:
+        places = [coordinate(axis, chain, o)[o.use] for o in observations]
+        powers = [np.square(c)[o.use] for c, o in zip(changes, observations, strict=True)]
+        grid, power = np.concatenate(places), np.concatenate(powers)
+    low, high, share = _narrowest(grid, power)
+    return Range(axis, low, high, UNITS.get(axis, "V"), share)
+
+
+def _spectrum(changes: Sequence[Array], observations: Sequence[Observation]) -> tuple[Array, Array]:
+    """Return frequencies and the power of a signal at them, all runs together."""
+    grids = [np.fft.rfftfreq(c.size, 1.0 / o.trace.rate_hz) for c, o in zip(changes, observations, strict=True)]
+    powers = [np.abs(np.fft.rfft(c)) ** 2 / c.size for c in changes]
+    return np.concatenate(grids), np.concatenate(powers)
+
+
+def _narrowest(grid: Array, power: Array) -> tuple[float, float, float]:
+    """Return the narrowest stretch of a coordinate that holds ``MOST`` of the power, and its share."""
+    total = float(np.sum(power))
+    if total <= 0.0:
+        return float(np.min(grid)), float(np.max(grid)), 0.0
+    order = np.argsort(grid, kind="stable")
+    edges = grid[order]
+    heaped = np.concatenate(([0.0], np.cumsum(power[order]))) / total
+    starts = np.unique(np.searchsorted(heaped, np.linspace(0.0, 1.0 - MOST, 200), side="right") - 1)
+    stops = np.minimum(np.searchsorted(heaped, heaped[starts] + MOST), edges.size)
+    best = int(np.argmin(edges[stops - 1] - edges[np.minimum(starts, edges.size - 1)]))
+    start, stop = int(starts[best]), int(stops[best])
+    return float(edges[start]), float(edges[stop - 1]), float(heaped[stop] - heaped[start])
+
+
+def profile(axis: str, before: Chain, after: Chain, observations: Sequence[Observation]) -> Profile | None:
+    """Return the residual of two chains along an axis of time or level; None along other axes."""
+    if axis in ("frequency", "mains lines", "branch"):
+        return None
+    where = np.concatenate([coordinate(axis, after, o)[o.use] for o in observations])
+    old = np.concatenate([o.used_residual(before) for o in observations])
+    new = np.concatenate([o.used_residual(after) for o in observations])
+    edges = np.linspace(float(np.min(where)), float(np.max(where)) + 1e-12, BINS + 1)
+    number = np.clip(np.digitize(where, edges) - 1, 0, BINS - 1)
+    count = np.maximum(np.bincount(number, minlength=BINS), 1)
+    rms = [np.sqrt(np.bincount(number, np.square(r), BINS) / count) for r in (old, new)]
+    return Profile(axis, UNITS.get(axis, "V"), edges, rms[0], rms[1])
+

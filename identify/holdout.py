@@ -1,0 +1,88 @@
+"""Which data fit, which choose, and which are kept back for the proof?"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import log
+
+import numpy as np
+
+from identify.model import Model, Rational
+from identify.noise import Noise, good, noise_of
+from identify.observe import Observation
+from identify.trace import Mask, Trace
+
+SETTLED = 1e-4  # what is left of a step when it counts as settled
+KEPT_BACK = 0.3  # share of a run kept back when nothing is repeated and no run was named
+
+
+@dataclass(frozen=True)
+class Split:
+    """Observations to fit and choose on, observations for the proof, and how they were told apart."""
+
+    train: tuple[Observation, ...]
+    test: tuple[Observation, ...]
+    noise: Noise
+    how: str
+
+
+def split(model: Model, traces: Sequence[Trace], hold_out: Sequence[Trace] = ()) -> Split:
+    """Return the data in two parts: named runs, else the last repeat of every repeated step, else the end of each run.
+
+    Raises ValueError when there is nothing to fit, when sample rates differ in kind, or the noise cannot be told.
+    """
+    if not traces:
+        raise ValueError("no recording to fit: every one given is held out")
+    noise = noise_of([*traces, *hold_out], settling_s(model), model.noise_v)
+    usable = [counted(trace, model) for trace in traces]
+    if hold_out:
+        train = [Observation(t, use, noise.rms_v) for t, use in zip(traces, usable, strict=True)]
+        test = [Observation(t, counted(t, model), noise.rms_v) for t in hold_out]
+        return Split(tuple(train), _some(test), noise, "the runs named with --hold-out")
+    kept = [last_repeats(trace) for trace in traces]
+    how = "the last repeat of every repeated step"
+    if not any(mask.any() for mask in kept):
+        kept = [np.arange(t.size) >= round((1.0 - KEPT_BACK) * t.size) for t in traces]
+        how = f"the last {100 * KEPT_BACK:.0f} % of every run"
+    train = [Observation(t, use & ~k, noise.rms_v) for t, use, k in zip(traces, usable, kept, strict=True)]
+    test = [Observation(t, use & k, noise.rms_v) for t, use, k in zip(traces, usable, kept, strict=True)]
+    return Split(_some(train), _some(test), noise, how)
+
+
+def _some(observations: Sequence[Observation]) -> tuple[Observation, ...]:
+    """Return the observations in which any sample counts; ValueError when none does."""
+    found = tuple(o for o in observations if o.count)
+    if not found:
+        raise ValueError("no sample is left to look at: the recordings are shorter than the rig takes to settle")
+    return found
+
+
+def counted(trace: Trace, model: Model) -> Mask:
+    """Return which samples may count: received, and settled when the rig was in motion at the start."""
+    use = good(trace)
+    if not trace.from_rest:
+        use = use & (np.arange(trace.size) >= round(settling_s(model) * trace.rate_hz))
+    return use
+
+
+def last_repeats(trace: Trace) -> Mask:
+    """Return which samples belong to the last repeat of a step that was repeated."""
+    mask = np.zeros(trace.size, dtype=bool)
+    for step in trace.steps:
+        last = max(s.repeat for s in trace.steps if s.label == step.label)
+        if step.repeat == last and last > 0:
+            mask[step.start : step.stop] = True
+    return mask
+
+
+def settling_s(model: Model) -> float:
+    """Return how long G1 and G2 together need to settle to ``SETTLED``, dead time included, in s."""
+    return sum(_settling_s(block) for block in (model.g1, model.g2))
+
+
+def _settling_s(block: Rational) -> float:
+    """Return the settling time of one block from its slowest pole; unstable poles settle never."""
+    poles = np.roots(block.den)
+    slowest = float(np.min(-poles.real)) if poles.size else np.inf
+    if slowest <= 0.0:
+        raise ValueError(f"the block {block.num} / {block.den} is not stable: a pole at {poles[np.argmax(poles.real)]:.4g}/s")
+    return block.dead_time_s + (log(1.0 / SETTLED) / slowest if np.isfinite(slowest) else 0.0)
