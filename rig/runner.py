@@ -20,6 +20,10 @@ from rig.plan import Plan
 
 log = logging.getLogger(__name__)
 Progress = Callable[[int, int], None]
+_TOLD_ONCE = {
+    Flag.CLIPPED: ("clipped", "the input reached the end of its range"),
+    Flag.RESENT: ("resent", "samples lost on the link were asked for again, and arrived"),
+}
 _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
@@ -58,7 +62,7 @@ class _Progress:
     size: int
     position: int = 0
     received: int = 0
-    clipped: bool = False
+    told: Flag = Flag.NONE
     events: list[Event] = field(default_factory=list)
 
     def note(self, kind: str, text: str, start: int | None = None) -> None:
@@ -72,9 +76,9 @@ class _Progress:
         if block.start > last:
             cause = "overrun in the device" if block.flags & Flag.OVERRUN else "lost on the link"
             self.note("lost", f"{block.start - last} samples from {last} on: {cause}", last)
-        if block.flags & Flag.CLIPPED and not self.clipped:
-            self.clipped = True
-            self.note("clipped", "the input reached the end of its range")
+        for flag in _TOLD_ONCE.keys() & set(block.flags & ~self.told):
+            self.told |= flag
+            self.note(*_TOLD_ONCE[flag])
         self.position, self.received = block.stop, self.received + int(block.y.size)
 
 

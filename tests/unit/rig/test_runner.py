@@ -100,9 +100,12 @@ def test_a_lost_end_is_counted(device: ScriptedDevice) -> None:
     assert (outcome.events[0].start, outcome.events[0].stop) == (900, SIZE)
 
 
-def test_clipping_is_told_once(device: ScriptedDevice) -> None:
-    device.read = lambda position: Block(position, device.u[position:position + 100], Flag.CLIPPED)
-    assert kinds(run(plan(), device, Kept())) == ["clipped", "safe"]
+@pytest.mark.parametrize(("flag", "kind"), [(Flag.CLIPPED, "clipped"), (Flag.RESENT, "resent")])
+def test_what_happens_to_many_blocks_is_told_once(device: ScriptedDevice, flag: Flag, kind: str) -> None:
+    device.read = lambda position: Block(position, device.u[position:position + 100], flag)
+    outcome = run(plan(), device, Kept())
+    assert outcome.complete
+    assert kinds(outcome) == [kind, "safe"]
 
 
 def test_a_device_failure_is_told_and_the_output_made_safe(device: ScriptedDevice) -> None:
