@@ -52,7 +52,7 @@ title: short
 question: Does the slice hold from the wire to the answer?
 rig: rigs/opamp_backlash.yaml
 limits: {level: 10 V}
-acquisition: {rate: 10 kHz}
+acquisition: {rate: 4 kHz}
 steps:
   - staircase:
       levels: [{from: -3 V, to: 3 V, step: 0.5 V}, {from: 2.5 V, to: -3.5 V, step: 0.5 V}]

@@ -5,6 +5,7 @@ The rig the loopback plays conceals rails of 10 V; no command below is told of t
 
 import json
 import signal
+import time
 from pathlib import Path
 from typing import Any
 
@@ -103,3 +104,13 @@ def test_a_run_over_a_real_port_is_identified_as_on_the_loopback(
         one, two = (found[name]["ci95"] for found in borders)
         assert one[0] <= two[1]
         assert two[0] <= one[1]
+
+
+def test_an_explanation_can_be_stopped(folder: Path, recording: Path) -> None:
+    with start("explain", recording, cwd=folder) as working:
+        time.sleep(2.0)
+        working.send_signal(signal.SIGINT)
+        out, err = working.communicate(timeout=20)
+    assert working.returncode == 130
+    assert err.strip() == "rig: stopped"
+    assert not out

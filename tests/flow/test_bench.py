@@ -32,7 +32,7 @@ def test_check_tells_what_would_be_played_and_plays_nothing(tmp_path: Path) -> N
     assert ended.code == 0
     for words in (
         "accepted",
-        "10000 Hz",
+        "4000 Hz",
         "peak 9.5 V",
         "limits -10 to 10 V",
         "V/s",

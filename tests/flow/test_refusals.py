@@ -17,7 +17,7 @@ WRONG = [
     ),
     (
         "rate out of reach",
-        ("10 kHz", "10 MHz"),
+        ("4 kHz", "10 MHz"),
         1,
         ("short.yaml:6: acquisition.rate", "1e+07 Hz", "1e+06 Hz", "change"),
     ),
