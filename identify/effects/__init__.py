@@ -5,7 +5,7 @@ from functools import cache
 from importlib.metadata import entry_points
 
 from identify.chain import Chain, plain_chain
-from identify.effects.effect import Effect
+from identify.effects.effect import Effect, short
 from identify.model import Model, Physics
 from identify.stage import Place
 from identify.trace import Intersample
@@ -41,9 +41,14 @@ def effect_of(piece: Physics) -> Effect:
 
 
 def with_physics(chain: Chain, physics: Iterable[Physics]) -> Chain:
-    """Return ``chain`` with pieces of physics put into it."""
+    """Return ``chain`` with pieces of physics put into it; ValueError for a value an effect does not have."""
     for piece in physics:
-        chain = effect_of(piece).put_in(chain, piece.values)
+        effect = effect_of(piece)
+        known = [short(p.name) for p in effect.parameters()]
+        for name in piece.values:
+            if name.partition("[")[0] not in known:
+                raise ValueError(f"{piece.id} has no value {name!r}; its values: {', '.join(known)}")
+        chain = effect.put_in(chain, piece.values)
     return chain
 
 

@@ -155,7 +155,7 @@ def test_every_run_has_its_own_phase_of_the_mains():
     hum = (Concealed("hum at sense", true),)
     traces = [recorded(RC, STAIRS, hum, start_s=0.0), recorded(RC, SINE, hum, start_s=1.234)]
     start = chain_of(model_of(RC, (Physics("hum", {"frequency": 50.0, "amplitude": 0.1}),)))
-    fixed = ("hum.frequency", "hum.third", "hum.fifth", "hum.phase_third", "hum.phase_fifth")
+    fixed = ("hum.frequency", "hum.third", "hum.fifth", "hum.third_phase", "hum.fifth_phase")
     found = fit(start, observations(traces), fixed=fixed)
     phases = [found.chain.values[local_name("hum.phase", name)] for name in ("stairs", "sine")]
     expected = 2.0 * np.pi * 50.0 * 1.234
