@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 from identify import pictures
 from identify.drawing import AFTER, BEFORE, Picture, page_style
+from identify.effects import effect_of
+from identify.effects.effect import short
 from identify.explain.explanation import Explanation, Finding, HeldOut, Range, Verdict
 from identify.identification import FrequencyPoint, Identification
 from identify.interval import Interval
-from identify.model import LinearF, Model, Rational
+from identify.model import LinearF, Model, Physics, Rational
 from identify.natural_units import shown, shown_interval
 from identify.observe import Observation
 from identify.pictures import Answer
@@ -42,7 +44,7 @@ def identification_page(found: Identification, imprint: Imprint = Imprint()) -> 
         "headline": identification_sentence(found),
         "subline": f"{found.model.title}; runs: {', '.join(o.trace.name for o in found.observations)}",
         "borders": _borders(found), "line": _line(found.model), "blocks": _blocks(found.model),
-        "physics": _physics(found.model), "responses": _responses(found), "fit": _fit(found),
+        "physics": physics_lines(found.model), "responses": _responses(found), "fit": _fit(found),
         "not_identifiable": found.not_identifiable, "warnings": found.warnings,
         "pictures": _identification_pictures(found),
     })  # fmt: skip
@@ -156,14 +158,14 @@ def _blocks(model: Model) -> list[dict[str, str]]:
     return [row("G1", model.g1), row("G2", model.g2)]
 
 
-def _physics(model: Model) -> list[dict[str, str]]:
-    return [
-        {
-            "name": piece.id, "stage": piece.stage or "-",
-            "values": ", ".join(f"{name} {value:.6g}" for name, value in piece.values.items()),
-        }
-        for piece in model.physics
-    ]  # fmt: skip
+def physics_lines(model: Model) -> list[tuple[str, str, str]]:
+    """Return every piece of physics in a model: its id, its stage, its values in natural units."""
+    return [(piece.id, effect_of(piece).place.label, _values(piece)) for piece in model.physics]
+
+
+def _values(piece: Physics) -> str:
+    units = {short(p.name): p.unit for p in effect_of(piece).parameters()}
+    return ", ".join(f"{name} {shown(value, units[name])}" for name, value in piece.values.items() if name in units)
 
 
 def _responses(found: Identification) -> list[dict[str, str]]:

@@ -67,7 +67,7 @@ def simulated(played: "Simulated") -> Iterator[str]:
 
 def identified(found: "Identification") -> Iterator[str]:
     """Tell which rig it was, how sure that is, and what cannot be told."""
-    from identify.report import identification_sentence
+    from identify.report import identification_sentence, physics_lines
 
     yield identification_sentence(found)
     if found.borders:
@@ -76,6 +76,7 @@ def identified(found: "Identification") -> Iterator[str]:
         yield f"    {name}  {shown_interval(interval, 'V' if name.startswith('D') else 'V/V')}"
     for name, block in (("G1", found.model.g1), ("G2", found.model.g2)):
         yield f"  {name}  num {_coefficients(block.num)}, den {_coefficients(block.den)}{_delay(block.dead_time_s)}"
+    yield from (f"  {name} in {stage}  {values}" for name, stage, values in physics_lines(found.model))
     yield f"  fit {found.fit_percent:.4g} % of the variation of y; noise from {found.noise.origin}"
     yield from (f"  cannot be told: {i.what}, because {i.because}; {i.fixed_by}" for i in found.not_identifiable)
     yield from (f"  warning: {text}" for text in found.warnings)

@@ -57,7 +57,7 @@ steps:
   - staircase:
       levels: [{from: -3 V, to: 3 V, step: 0.5 V}, {from: 2.5 V, to: -3.5 V, step: 0.5 V}]
       scale: 0.6
-      dwell: {settle: 1 %, hold: 10 ms}
+      dwell: {settle: 0.1 %, hold: 70 ms}
   - {repeats: 2, sine: {frequency: 10 Hz, amplitude: 5 V, periods: 3}}
   - {repeats: 2, sine: {frequency: 40 Hz, amplitude: 9.5 V, periods: 6}}
 """

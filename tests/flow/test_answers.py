@@ -70,21 +70,23 @@ def test_the_improved_model_is_readable_and_answers_like_the_rig(
     assert rms <= 1.1 * answer["noise"]["rms"]
 
 
-def test_identify_gives_json_alone_on_stdout(folder: Path, recording: Path, answer: dict[str, Any]) -> None:
+@pytest.fixture(scope="module")
+def identified(folder: Path, recording: Path, answer: dict[str, Any]) -> dict[str, Any]:
     ended = rig("identify", recording, "--rig", "answer.json", "--json", "-", "--report", "rig.html", cwd=folder)
     assert ended.code == 0, ended
-    found = json.loads(ended.out)
-    assert found["schema"] == "rig.identify/1"
-    assert found["backlash"]["S_L"]["value"] == pytest.approx(8.0, rel=0.01)
-    assert found["backlash"]["D_U"]["value"] == pytest.approx(-1.25, rel=0.01)
-    assert found["fit"]["rms_V"] <= 1.1 * found["fit"]["noise_rms_V"]
-    assert {point["branch"] for point in found["staircase"]} >= {"loading", "unloading", "plateau"}
+    return dict(json.loads(ended.out))
+
+
+def test_identify_gives_json_alone_on_stdout(folder: Path, identified: dict[str, Any]) -> None:
+    assert identified["schema"] == "rig.identify/1"
+    assert identified["backlash"]["S_L"]["value"] == pytest.approx(8.0, rel=0.01)
+    assert identified["backlash"]["D_U"]["value"] == pytest.approx(-1.25, rel=0.01)
+    assert identified["fit"]["rms_V"] <= 1.1 * identified["fit"]["noise_rms_V"]
+    assert {point["branch"] for point in identified["staircase"]} >= {"loading", "unloading", "plateau"}
     assert "Staircase and borders" in (folder / "rig.html").read_text(encoding="utf-8")
 
 
-def test_a_run_over_a_real_port_is_identified_as_on_the_loopback(
-    folder: Path, recording: Path, answer: dict[str, Any]
-) -> None:
+def test_a_run_over_a_real_port_is_identified_as_on_the_loopback(folder: Path, identified: dict[str, Any]) -> None:
     protocol(folder)
     with start("emulate", "serial", "--speed", "10", cwd=folder) as board:
         assert board.stdout is not None
@@ -96,12 +98,10 @@ def test_a_run_over_a_real_port_is_identified_as_on_the_loopback(
     kept = read(folder / "wire.h5")
     assert kept.complete
     assert kept.trace().valid is None
-    borders = [
-        json.loads(rig("identify", run, "--rig", "answer.json", "--json", "-", cwd=folder).out)["backlash"]
-        for run in (recording, "wire.h5")
-    ]
+    again = rig("identify", "wire.h5", "--rig", "answer.json", "--json", "-", cwd=folder)
+    assert again.code == 0, again
     for name in ("S_L", "D_L", "S_U", "D_U"):
-        one, two = (found[name]["ci95"] for found in borders)
+        one, two = identified["backlash"][name]["ci95"], json.loads(again.out)["backlash"][name]["ci95"]
         assert one[0] <= two[1]
         assert two[0] <= one[1]
 

@@ -100,7 +100,7 @@ def test_nothing_left_to_fit_is_refused(tmp_path: Path, recording: Path) -> None
 TABLES = [
     ("text cell", "t,u,y\n0,1,2\n0.001,abc,3\n0.002,1,3\n", ("t.csv:3", "(u)", "'abc'")),
     ("unequal columns", "t,u,y\n0,1,2\n0.001,1\n", ("t.csv:3", "2 cells")),
-    ("time runs back", "t,u,y\n0,1,2\n0.001,1,2\n0.0005,1,2\n", ("t.csv:4", "does not advance")),
+    ("time runs back", "t,u,y\n0,1,2\n1,1,2\n2,1,2\n3,1,2\n2.5,1,2\n", ("t.csv:6", "2.5 s after 3 s")),
     ("time jumps", "t,u,y\n0,1,2\n0.001,1,2\n0.002,1,2\n0.012,1,2\n0.013,1,2\n", ("t.csv:5", "time base")),
     ("empty", "", ("t.csv", "empty")),
     ("not a number", "t,u,y\n0,1,2\n0.001,nan,3\n", ("t.csv:3", "nan")),

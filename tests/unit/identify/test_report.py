@@ -277,7 +277,8 @@ def test_a_rig_without_backlash_or_staircase_has_its_page_too() -> None:
         )
     )
     assert "w = 0.93 v + 2 mV" in page.text("main")
-    assert "dead_time" in page.text("main")
+    assert "dead time" in page.text("table")
+    assert "delay 1 ms" in page.text("table")
     assert len(page.images) == 3
 
 
