@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import protocols
 from rig import session, workflow
 from rig.errors import FileError
 from rig.outputs import write_text
@@ -53,7 +54,7 @@ def _recorded(protocol: str, folder: Path, progress: workflow.Progress) -> Path:
     """Return the recording of a protocol that comes with the program, played on the loopback device."""
     progress(f"recording {protocol}", 0.02)
     out = folder / f"{Path(protocol).stem}.h5"
-    done = session.record(protocol, None, out, lambda done, total: None, overwrite=True)
+    done = session.record(Path(protocols.__path__[0]) / protocol, None, out, lambda done, total: None, overwrite=True)
     if done.outcome.failure is not None:
         raise done.outcome.failure
     return out
