@@ -110,7 +110,7 @@ def _explanation_pictures(told: Explanation, found: Identification | None) -> li
     runs = joined((*told.test, *told.train))
     plain = Answer("plain model", BEFORE, told.plain.chain, runs)
     improved = Answer("improved model", AFTER, told.improved.chain, runs)
-    drawn = [plain, improved] if told.effects else [plain]
+    drawn = [plain, improved] if told.verdict in ("explained", "partly_explained") else [plain]
     return _drawn(
         lambda: pictures.mismatch(told.profiles, told.noise.rms_v), lambda: pictures.residuals(drawn),
         lambda: pictures.staircase(found) if found else None, lambda: pictures.loop(drawn),

@@ -1,12 +1,16 @@
 """What will a protocol look like on the bench, before it is played?"""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from identify.drawing import AFTER, INK, PALE, draw_signal, new_figure, page_style
 from rig.errors import FileError
 from rig.plan import Plan
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 MOST_NAMES = 12
 
@@ -18,17 +22,22 @@ def draw_plan(plan: Plan, path: str | Path) -> None:
     """
     with page_style():
         figure, (ax,) = new_figure(1, 1, 3.2)
-        time = np.arange(plan.u.size) / plan.rate_hz
-        draw_signal(ax, time, plan.u, AFTER, "u")
+        draw_signal(ax, np.arange(plan.u.size) / plan.rate_hz, plan.u, AFTER, "u")
         for level in (plan.limits.low_v, plan.limits.high_v):
             ax.axhline(level, color="#c23b3b", linestyle="--", linewidth=0.9)
-        for step in plan.steps[:MOST_NAMES] if len(plan.steps) <= MOST_NAMES else ():
-            ax.axvline(step.start / plan.rate_hz, color=PALE, linewidth=0.8)
-            ax.annotate(step.label, (step.start / plan.rate_hz, plan.limits.high_v), xytext=(2, -9),
-                        textcoords="offset points", fontsize=7, color=INK)  # fmt: skip
+        _name_steps(ax, plan)
         ax.set(xlabel="time in s", ylabel="u in V", title=f"{plan.title} (limits dashed)")
         try:
             figure.savefig(path, dpi=120)
         except (OSError, ValueError) as error:
             raise FileError("the preview cannot be written", where=str(path), value=str(error).splitlines()[0],
                             allowed="a file .png, .svg or .pdf") from error
+
+
+def _name_steps(ax: "Axes", plan: Plan) -> None:
+    """Mark where steps begin, unless there are too many to read."""
+    for step in plan.steps if len(plan.steps) <= MOST_NAMES else ():
+        start_s = step.start / plan.rate_hz
+        ax.axvline(start_s, color=PALE, linewidth=0.8)
+        ax.annotate(step.label, (start_s, plan.limits.high_v), xytext=(2, -9), textcoords="offset points", fontsize=7,
+                    color=INK)  # fmt: skip

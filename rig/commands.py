@@ -1,0 +1,281 @@
+"""What can be typed: the commands of ``rig`` and their options.
+
+Only click is imported here, so that ``rig --help`` answers at once; every command loads what it needs.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from identify.explain.explanation import Explanation
+    from identify.identification import Identification
+
+Command = Callable[..., None]
+SETTINGS: dict[str, Any] = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
+
+device_option = click.option(
+    "--device", metavar="ADDRESS", help="Such as loopback: or serial:/dev/ttyACM0; else the protocol's own."
+)
+rig_option = click.option("--rig", metavar="RIG.yaml", help="The plain model; else the rig kept in the recordings.")
+json_option = click.option("--json", "json_to", metavar="F", help="Write the answer as JSON; - for stdout.")
+report_option = click.option("--report", metavar="F.html", help="Write one page with pictures.")
+overwrite_option = click.option("--overwrite", is_flag=True, help="Replace a file that is there already.")
+runs_argument = click.argument("runs", nargs=-1, required=True, metavar="RUN...")
+quiet_option = click.option("--quiet", is_flag=True, help="Show no progress.")
+
+
+@click.group(context_settings=SETTINGS)
+@click.version_option(package_name="backlash-rig", prog_name="rig")
+def commands() -> None:
+    """Play protocols on a rig, identify its blocks, and explain where recording and simulation differ."""
+
+
+def command(name: str, *examples: str) -> Callable[[Command], click.Command]:
+    """Return a decorator that makes a command whose help ends in examples, and that takes --debug."""
+    epilog = "\b\nExamples:\n" + "\n".join(f"  {example}" for example in examples)
+
+    def make(function: Command) -> click.Command:
+        debug = click.option("--debug", is_flag=True, expose_value=False, help="Show where an error was raised.")
+        return commands.command(name, epilog=epilog)(debug(function))
+
+    return make
+
+
+@command(
+    "check", "rig check protocols/fig13_staircase.yaml", "rig check my.yaml --device serial:/dev/ttyACM0 --plot my.png"
+)
+@click.argument("protocol")
+@device_option
+@click.option("--plot", metavar="F.png", help="Draw a preview.")
+def check(protocol: str, device: str | None, plot: str | None) -> None:
+    """Prove PROTOCOL before any output.
+
+    Tells the exact samples, levels, slew, duration, limits, the rate the device makes, the buffer and disk it takes.
+    """
+    from rig import narration, session
+
+    _check_destinations(plot)
+    found = session.check(protocol, device)
+    if plot:
+        from rig.preview import draw_plan
+
+        draw_plan(found.plan, plot)
+    _say(narration.checked(found))
+
+
+@command("run", "rig run protocols/sine_50hz.yaml --out sine.h5", "rig run my.yaml --device serial:/dev/ttyACM0")
+@click.argument("protocol")
+@device_option
+@click.option("--out", metavar="RUN.h5", help="The recording; else the protocol's name, here.")
+@overwrite_option
+@quiet_option
+def run(protocol: str, device: str | None, out: str | None, overwrite: bool, quiet: bool) -> None:
+    """Play PROTOCOL and record.
+
+    Ctrl-C ramps the output to its safe level and keeps what was recorded.
+    """
+    from pathlib import Path
+
+    from rig import narration, session, terminal
+
+    out = out or f"{Path(protocol).stem}.h5"
+    _check_destinations(out)
+    with terminal.counted("recording", quiet) as progress:
+        done = session.record(protocol, device, out, progress, overwrite)
+    _say(narration.recorded(done))
+    if done.outcome.failure is not None:
+        raise done.outcome.failure
+
+
+@command("devices", "rig devices")
+def devices() -> None:
+    """List what is attached, by identity."""
+    from rig import narration, registry
+
+    _say(narration.devices(registry.discover()))
+
+
+@command("emulate", "rig emulate serial", "rig emulate serial --rig rigs/opamp_backlash.yaml --speed 10")
+@click.argument("kind", type=click.Choice(["serial"]))
+@click.option("--rig", default="rigs/opamp_backlash.yaml", show_default=True, help="The rig it is wired to.")
+@click.option("--speed", type=click.FloatRange(0.1, 1e3), default=1.0, show_default=True, help="Speed of its clock.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Draws other noise.")
+def emulate(kind: str, rig: str, speed: float, seed: int) -> None:
+    """Offer an emulated device until Ctrl-C.
+
+    It is byte-accurate, on a real port; its address is printed first.
+    """
+    from rig.emulation import emulate as offer
+    from rig.rigfile import read_rig
+    from rig.session import shipped
+
+    offer(kind, read_rig(shipped(rig)), click.echo, speed, seed)
+
+
+@command("import", "rig import scope.csv --time Time --input CH1 --output CH2 --rig rig.yaml --out run.h5",
+         "rig import table.csv.gz --input 1 --output 2 --rate 51200 --rows 5200:105200 --out train.h5")  # fmt: skip
+@click.argument("table")
+@click.option("--time", metavar="C", help="The column of times in s: a name, or a number from 1.")
+@click.option("--input", "input_column", metavar="C", required=True, help="The column of u in V.")
+@click.option("--output", "output_column", metavar="C", required=True, help="The column of y in V.")
+@click.option("--measured-input", metavar="C", help="A channel that read u back.")
+@click.option("--rate", "rate_hz", type=float, metavar="HZ", help="The sample rate, where there is no column of times.")
+@click.option("--rows", metavar="FIRST:STOP", help="Only these rows, counted from 0 below the header.")
+@click.option("--intersample", type=click.Choice(["held", "linear", "bandlimited"]), default="held", show_default=True,
+              help="What u is between samples.")  # fmt: skip
+@click.option("--initial", type=click.Choice(["rest", "in_motion"]), help="The rig at first; else told from y.")
+@click.option("--rig", metavar="RIG.yaml", help="Keep this plain model in the recording.")
+@click.option("--out", metavar="RUN.h5", required=True)
+@overwrite_option
+def import_table(
+    table: str, time: str | None, input_column: str, output_column: str, measured_input: str | None,
+    rate_hz: float | None, rows: str | None, intersample: Any, initial: Any, rig: str | None, out: str, overwrite: bool,
+) -> None:  # fmt: skip
+    """Turn a table into a recording.
+
+    TABLE was recorded by another program: CSV or TSV, plain or gzipped, values in V and times in s.
+    """
+    from rig import narration
+    from rig.importers import read_table
+    from rig.recording import write
+    from rig.rigfile import read_rig
+    from rig.session import shipped
+
+    _check_destinations(out)
+    first, stop = _rows(rows)
+    recording = read_table(
+        table, input=input_column, output=output_column, time=time, rate_hz=rate_hz, measured_input=measured_input,
+        first_row=first, stop_row=stop, intersample=intersample, initial=initial,
+        rig_text=read_rig(shipped(rig)).text if rig else "",
+    )  # fmt: skip
+    write(out, recording, overwrite)
+    _say(narration.imported(recording, out))
+
+
+@command(
+    "identify", "rig identify run.h5 --report run.html", "rig identify a.h5 b.h5 --rig my_rig.yaml --json answer.json"
+)
+@runs_argument
+@rig_option
+@json_option
+@report_option
+@quiet_option
+def identify(runs: Sequence[str], rig: str | None, json_to: str | None, report: str | None, quiet: bool) -> None:
+    """Tell which rig made the recordings.
+
+    Borders, G1 and G2 with 95 % confidence intervals, and what the recordings cannot tell.
+    """
+    from rig import narration, terminal, workflow
+
+    _check_destinations(json_to, report)
+    loaded = workflow.load(runs, rig)
+    with terminal.bar("identifying", quiet) as progress:
+        found = workflow.identify_runs(loaded, progress)
+    _deliver(found, json_to, report, lambda: workflow.identification_html(found), narration.identified(found))
+
+
+@command("explain", "rig explain run.h5 --report run.html", "rig explain a.h5 b.h5 --hold-out c.h5 --json answer.json")
+@runs_argument
+@rig_option
+@click.option("--hold-out", multiple=True, metavar="RUN", help="Keep this run for the proof; may be given again.")
+@json_option
+@report_option
+@quiet_option
+def explain(
+    runs: Sequence[str], rig: str | None, hold_out: Sequence[str], json_to: str | None, report: str | None, quiet: bool,
+) -> None:  # fmt: skip
+    """Tell what physics the model lacks.
+
+    Finds where recording and simulation differ, names what is missing, and proves the better model on held-out data.
+    """
+    from rig import narration, terminal, workflow
+
+    _check_destinations(json_to, report)
+    loaded = workflow.load(runs, rig, hold_out)
+    with terminal.bar("explaining", quiet) as progress:
+        told = workflow.explain_runs(loaded, workflow.part(progress, 0.0, 0.8 if report else 1.0))
+        found = workflow.identify_improved(loaded, told, workflow.part(progress, 0.8, 1.0)) if report else None
+    _deliver(told, json_to, report, lambda: workflow.explanation_html(told, found), narration.explained(told))
+
+
+@command("simulate", "rig simulate run.h5 --rig answer.json --out answer.csv", "rig simulate run.h5 --rig my_rig.yaml")
+@click.argument("run_file", metavar="RUN.h5")
+@click.option("--rig", metavar="FILE", help="A rig file or the JSON of an answer; else the rig kept in the recording.")
+@click.option("--out", metavar="F.csv", help="Write time, u, recorded and simulated y.")
+def simulate(run_file: str, rig: str | None, out: str | None) -> None:
+    """Play a model on a recorded input.
+
+    The model starts from rest; its answer is held against the recorded one.
+    """
+    from rig import narration, workflow
+    from rig.outputs import write_text
+
+    _check_destinations(out)
+    played = workflow.simulate(run_file, rig)
+    if out:
+        write_text(out, workflow.simulated_csv(played))
+    _say(narration.simulated(played))
+
+
+@command("demo", "rig demo", "rig demo --out /tmp/first-light")
+@click.option("--out", metavar="FOLDER", default="rig-demo", show_default=True, help="Where everything is put.")
+@quiet_option
+def demo(out: str, quiet: bool) -> None:
+    """Do the main job with no hardware.
+
+    Plays two protocols on the loopback device, records, identifies, explains and writes the report. Files of an earlier
+    demo in FOLDER are replaced.
+    """
+    from rig import narration, terminal
+    from rig.demo import play
+
+    with terminal.bar("demo", quiet) as progress:
+        shown = play(out, progress)
+    _say(narration.explained(shown.told))
+    _say(f"  written  {path}" for path in shown.files)
+    _say([f"Open {shown.report} in a browser."])
+
+
+def _say(lines: Iterable[str]) -> None:
+    for line in lines:
+        click.echo(line)
+
+
+def _check_destinations(*paths: str | None) -> None:
+    """Refuse at once what could not be written at the end."""
+    from rig.outputs import check_destination
+
+    for path in paths:
+        if path and path != "-":
+            check_destination(path)
+
+
+def _rows(rows: str | None) -> tuple[int, int | None]:
+    """Return FIRST:STOP as numbers; both ends may be left out."""
+    from rig.errors import UsageError
+
+    first, colon, stop = (rows or ":").partition(":")
+    if not colon or not all(part.isdecimal() or not part for part in (first, stop)):
+        allowed = "FIRST:STOP, such as 5200:105200"
+        raise UsageError("not a range of rows", where="--rows", value=repr(rows), allowed=allowed)
+    return int(first or 0), int(stop) if stop else None
+
+
+def _deliver(
+    answer: "Identification | Explanation", json_to: str | None, report: str | None, page: Callable[[], str],
+    words: Iterable[str],
+) -> None:  # fmt: skip
+    """Write what was asked for; tell the words unless stdout is for the JSON."""
+    from rig.outputs import write_text
+    from rig.workflow import answer_json
+
+    if report:
+        write_text(report, page())
+    if json_to and json_to != "-":
+        write_text(json_to, answer_json(answer))
+    if json_to == "-":
+        click.echo(answer_json(answer), nl=False)
+    else:
+        _say(words)
