@@ -1,7 +1,7 @@
 """How does a typed line end: with which exit code, and with which one message?
 
-Exit codes: 0 done, 1 the answer is negative, 2 bad usage or input, 3 device failure, 4 run incomplete; 70 a fault in the
-program itself, 130 stopped by Ctrl-C while nothing was being played.
+Exit codes: 0 done, 1 the answer is negative, 2 bad usage or input, 3 device failure, 4 run incomplete; 70 a fault in
+the program itself, 130 stopped by Ctrl-C while nothing was being played.
 """
 
 import os
