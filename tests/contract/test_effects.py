@@ -1,0 +1,280 @@
+"""Does every effect of the catalogue keep the contract? An effect from a plug-in is tested by being installed."""
+
+import inspect
+import math
+import sys
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from identify.chain import Chain, plain_chain, simulate
+from identify.effects import catalogue, physics_in, with_physics
+from identify.effects.effect import Effect, short
+from identify.evidence import Evidence, evidence_starts
+from identify.fit import Fit, fit
+from identify.observe import Observation
+from identify.trace import Trace
+from tests.proof.cases import CLEAN, LIBRARY, Case
+from tests.proof.rigs import OP_AMP
+from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
+from tests.trials import model_of, observed, recorded
+
+STAGES = {  # the table of section 2 of physics.md: what may be missing, and where it may sit
+    "dac_quantisation": "source", "source_pole": "source", "source_nonlinearity": "source",
+    "input_ac_coupling": "source", "input_clipping": "source", "resonance": "G1 G2", "extra_pole": "G1 G2",
+    "process_noise": "G1", "hum": "G1 sense", "backlash": "F", "saturation": "F", "soft_saturation": "F",
+    "diode_clamp": "F", "curved_border": "F", "unequal_slopes": "F", "soft_knee": "F", "plateau_droop": "F",
+    "dielectric_absorption": "F", "plateau_tilt": "F", "second_play": "F", "rate_dependent_gap": "F",
+    "slew_limit": "F", "dead_time": "G2", "feedthrough": "sense", "offset_drift": "sense", "gain_drift": "sense",
+    "ac_coupling": "sense", "coloured_noise": "sense", "adc_clipping": "sense", "adc_quantisation": "sense",
+    "adc_nonlinearity": "sense", "rectifying_sensor": "sense", "spikes": "sense", "clock_skew": "sense",
+    "missing_samples": "sense",
+}  # fmt: skip
+UNITS = {"V", "s", "1/s", "V/s", "V/V", "Hz", "rad", "rad/s", "1/V", "1/V^2", "1", "A", "ohm"}
+KINDS = sorted(catalogue().values(), key=lambda kind: kind.id)
+VARIANTS = [effect for kind in KINDS for effect in kind.variants()]
+SUBSTEPS = 2
+
+
+def name_of(item: object) -> str:
+    """Return how pytest calls an effect, a variant or a case."""
+    if isinstance(item, Effect):
+        return " ".join(filter(None, (item.id, item.place.label, item.form)))
+    return getattr(item, "id", None) or str(getattr(item, "name", item))
+
+
+every_kind = pytest.mark.parametrize("kind", KINDS, ids=name_of)
+every_variant = pytest.mark.parametrize("effect", VARIANTS, ids=name_of)
+
+
+def test_the_catalogue_is_not_empty() -> None:
+    assert len(KINDS) >= 8
+
+
+# --- the story an effect tells ------------------------------------------------------------------------------------
+
+
+@every_kind
+def test_an_effect_is_a_final_class_with_its_file_s_question_answered(kind: type[Effect]) -> None:
+    module = sys.modules[kind.__module__]
+    assert getattr(kind, "__final__", False)
+    assert inspect.getdoc(kind) != inspect.getdoc(Effect)
+    assert (module.__doc__ or "").strip()
+    assert not inspect.isabstract(kind)
+
+
+@every_kind
+def test_the_id_and_the_stages_are_those_of_the_physics(kind: type[Effect]) -> None:
+    assert kind.id in STAGES
+    assert kind.places
+    assert len(set(kind.forms)) == len(kind.forms) > 0
+    assert {place.label for place in kind.places} <= set(STAGES[kind.id].split())
+
+
+@every_kind
+def test_words_for_the_operator_are_complete(kind: type[Effect]) -> None:
+    for text in (kind.title, kind.equation, kind.axis, kind.fingerprint):
+        assert text.strip() == text != ""
+    told = kind.sentence.format("4.2 mV")
+    assert "4.2 mV" in told
+    assert told[0].isupper()
+    assert told.endswith(".")
+
+
+@every_kind
+def test_the_equation_speaks_of_every_parameter(kind: type[Effect]) -> None:
+    """Phases and shapes of a waveform are summed up; whatever has a name of its own stands in the equation."""
+    spoken = [short(p.name) for p in kind.declared if p.unit != "rad"]
+    if len(spoken) <= 3:
+        assert [name for name in spoken if name not in kind.equation] == []
+
+
+@every_kind
+def test_parameters_are_owned_and_have_units(kind: type[Effect]) -> None:
+    names = [p.name for p in kind.declared]
+    assert len(set(names)) == len(names) > 0
+    for parameter in kind.declared:
+        assert parameter.name.rpartition(".")[0] == kind.id
+        assert parameter.unit in UNITS
+        assert parameter.scale > 0.0
+
+
+@every_kind
+def test_every_parameter_has_a_value_that_means_absent_and_examples_differ_from_it(kind: type[Effect]) -> None:
+    declared = {short(p.name) for p in kind.declared}
+    assert set(kind.absent) == declared
+    assert set(kind.example) <= declared
+    assert kind.example
+    assert all(math.isfinite(v) and v != kind.absent[name] for name, v in kind.example.items())
+
+
+@every_kind
+def test_confusions_name_physics_and_the_experiment_that_separates(kind: type[Effect]) -> None:
+    assert kind.confused_with
+    for confusion in kind.confused_with:
+        assert confusion.id in STAGES
+        assert confusion.id != kind.id
+        assert len(confusion.would_separate.split()) >= 3
+        assert not confusion.would_separate.endswith(".")
+
+
+@every_kind
+def test_forms_share_out_the_declared_parameters(kind: type[Effect]) -> None:
+    used = [set(effect.parameters()) for effect in kind.variants()]
+    assert all(parameters and parameters <= set(kind.declared) for parameters in used)
+    assert set().union(*used) == set(kind.declared)
+
+
+# --- what an effect does to a signal --------------------------------------------------------------------------------
+
+STAIRS = staircase("stairs", FIG13_LEVELS_V[::2], 0.03)
+SINE = sine("sine", 31.25, 8.0, 2, 1)
+PLAIN = plain_chain(model_of(OP_AMP))
+TRACES = [Trace(s.name, s.rate_hz, s.u, s.u, start_s=2.0 + i) for i, s in enumerate((STAIRS, SINE))]
+
+
+def answers(chain: Chain) -> np.ndarray:
+    """Return a chain's answers to both stimuli."""
+    return np.concatenate([simulate(chain, trace, SUBSTEPS) for trace in TRACES])
+
+
+def at_example(effect: Effect) -> Chain:
+    """Return the op-amp rig with the effect at its example; what the example leaves out is a third of a scale."""
+    values = {short(p.name): effect.example.get(short(p.name), 0.3 * p.scale) for p in effect.parameters()}
+    return effect.put_in(PLAIN, values)
+
+
+@every_variant
+def test_at_its_absent_value_an_effect_is_the_identity(effect: Effect) -> None:
+    assert effect.applicable(PLAIN)
+    assert np.allclose(answers(effect.put_in(PLAIN, {})), answers(PLAIN), rtol=0, atol=1e-9)
+
+
+@every_variant
+def test_at_its_example_an_effect_changes_the_answer_beyond_the_noise(effect: Effect) -> None:
+    change = answers(at_example(effect)) - answers(PLAIN)
+    assert np.all(np.isfinite(change))
+    assert np.linalg.norm(change) > 5.0 * OP_AMP.noise_v
+
+
+@every_variant
+def test_the_answer_has_a_finite_derivative_by_every_parameter(effect: Effect) -> None:
+    chain = at_example(effect)
+    for parameter in effect.parameters():
+        value = chain.values[parameter.name]
+        unit = abs(value) if parameter.coordinate == "log" else parameter.scale
+
+        def slope(step: float, name: str = parameter.name, at: float = value, unit: float = unit) -> np.ndarray:
+            above, below = (answers(chain.with_values({name: at + sign * step * unit})) for sign in (0.5, -0.5))
+            return (above - below) / step
+
+        coarse, fine = slope(2e-4), slope(1e-4)
+        assert np.all(np.isfinite(fine))
+        assert np.linalg.norm(fine) > OP_AMP.noise_v  # a parameter that moves nothing could not be found
+        assert np.linalg.norm(coarse - fine) < 0.05 * np.linalg.norm(fine)
+
+
+@every_variant
+def test_a_model_with_the_effect_goes_to_a_chain_and_back(effect: Effect) -> None:
+    chain = at_example(effect)
+    (piece,) = physics_in(chain)
+    assert (piece.id, piece.stage, piece.form) == (effect.id, effect.place.label, effect.form)
+    again = with_physics(PLAIN, (piece,))
+    assert physics_in(again) == (piece,)
+    assert np.array_equal(answers(again), answers(chain))
+
+
+@every_variant
+def test_an_effect_stands_in_a_chain_once(effect: Effect) -> None:
+    assert not effect.applicable(at_example(effect))
+
+
+@every_variant
+def test_an_effect_says_itself_what_it_cannot_do_alone(effect: Effect) -> None:
+    """It runs as a stage, or it refuses because it lives inside another; it never passes a signal unchanged."""
+    chain = at_example(effect)
+    assert chain.added == (effect,)
+    assert chain.stages != PLAIN.stages
+
+
+# --- how an effect is found -----------------------------------------------------------------------------------------
+
+PLAYED = (
+    staircase("stairs", FIG13_LEVELS_V, 0.07), sine("sine_10hz", 10.0, 3.4, 4, 1), sine("sine_31hz", 31.25, 8.0, 4, 1),
+)  # fmt: skip
+PAUSE_S = 8.0
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A case of the trial bench with fewer stimuli, and the fit of the plain model to it."""
+
+    observations: tuple[Observation, ...]
+    plain: Fit
+
+    @property
+    def count(self) -> int:
+        return sum(o.count for o in self.observations)
+
+
+def trial_of(case: Case) -> Trial:
+    """Record ``case`` on the independent integrator and fit the plain model from the nominal rig."""
+    noise_v = case.rig.noise_v
+    traces = [recorded(case.rig, s, case.physics, noise_v, case.seed, i * PAUSE_S) for i, s in enumerate(PLAYED)]
+    seen = tuple(observed(trace, noise_v, SUBSTEPS) for trace in traces)
+    return Trial(seen, fit(plain_chain(model_of(case.nominal)), seen))
+
+
+def price(effect: Effect, trial: Trial) -> float:
+    """Return the fall of chi-squared that pays for an effect's parameters by Schwarz's criterion."""
+    runs = len(trial.observations)
+    return sum(runs if p.local else 1 for p in effect.parameters()) * math.log(trial.count)
+
+
+def variants_of(case: Case) -> list[Effect]:
+    """Return the variants of the expected effect at its stage that can say the true values with fewest parameters.
+
+    Physics whose law is not the library's own may be said by any variant.
+    """
+    (finding,) = case.expected
+    here = [effect for effect in catalogue()[finding.id].variants() if effect.place.label == finding.stage]
+    able = [e for e in here if set(finding.parameters) <= {short(p.name) for p in e.parameters()}]
+    fewest = min(len(effect.parameters()) for effect in able)
+    return [e for e in able if len(e.parameters()) == fewest or not finding.parameters]
+
+
+def test_every_effect_is_on_trial() -> None:
+    assert {finding.id for case in LIBRARY for finding in case.expected} == set(catalogue())
+
+
+@pytest.mark.parametrize("case", LIBRARY, ids=name_of)
+def test_a_planted_effect_is_found_from_the_evidence(case: Case) -> None:
+    trial = trial_of(case)
+    evidence = Evidence(trial.plain, trial.observations)
+    started = [
+        (evidence.gain(effect, start), effect, start)
+        for effect in variants_of(case) for start in evidence_starts(evidence, effect)
+    ]
+    gain, effect, start = max(started, key=lambda item: item[0])
+    assert gain > price(effect, trial)
+    found = fit(effect.put_in(trial.plain.chain, start), trial.observations, trial.plain.chain.values, iterations=60)
+    assert trial.plain.cost - found.cost > 2.0 * price(effect, trial)
+    for name, true in case.expected[0].parameters.items():
+        low, high = found.ci95(f"{effect.id}.{name}", inflation=2.0)
+        value = found.chain.values[f"{effect.id}.{name}"]
+        sign = -1.0 if effect.id == "hum" and name != "frequency" and value < 0.0 else 1.0
+        assert min(sign * low, sign * high) <= true <= max(sign * low, sign * high), (name, value, true)
+
+
+@pytest.fixture(scope="module", params=CLEAN, ids=name_of)
+def clean(request: pytest.FixtureRequest) -> tuple[Trial, Evidence]:
+    trial = trial_of(request.param)
+    return trial, Evidence(trial.plain, trial.observations)
+
+
+@every_variant
+def test_an_effect_stays_silent_on_clean_data(effect: Effect, clean: tuple[Trial, Evidence]) -> None:
+    trial, evidence = clean
+    gains = [evidence.gain(effect, start) for start in evidence_starts(evidence, effect)]
+    assert max(gains, default=0.0) < price(effect, trial)
