@@ -2,13 +2,16 @@
 
 import base64
 import re
+import tomllib
 from dataclasses import replace
 from html.parser import HTMLParser
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
+import identify
 from identify.chain import Chain, plain_chain, simulate
 from identify.drawing import envelope, longest_stretch, outline
 from identify.effects.saturation import Saturation
@@ -350,3 +353,10 @@ def test_numbers_are_shown_in_natural_units(value: float, unit: str, text: str) 
 )
 def test_intervals_are_shown_in_natural_units(interval: Interval, unit: str, text: str) -> None:
     assert shown_interval(interval, unit) == text
+
+
+def test_the_templates_are_installed_with_the_package() -> None:
+    root = Path(identify.__file__).parents[1]
+    declared = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["setuptools"]["package-data"]
+    installed = {path for pattern in declared.get("identify", []) for path in (root / "identify").glob(pattern)}
+    assert installed >= set((root / "identify" / "templates").iterdir())
