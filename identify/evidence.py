@@ -21,6 +21,7 @@ from identify.stage import Place
 from identify.trace import Array
 
 Matrix = NDArray[np.float64]
+LINES = ("amplitude", "third", "fifth")
 SUBSTEPS = 1  # candidates are compared on the samples' own grid: the comparison needs no finer one
 
 
@@ -147,29 +148,31 @@ class Evidence:
         return dict(max(options, key=lambda values: self.gain(effect, values)))
 
     def mains_lines(self, mains_hz: float, harmonics: Sequence[int], place: Place) -> dict[str, float]:
-        """Return amplitudes and phases of lines at ``place`` that explain the residual best, by Hum's short names."""
-        names = ("amplitude", "third", "fifth")
-        phases = ("phase", "phase_third", "phase_fifth")
-        columns = [self._line(Hum(place), mains_hz, name, turn) for name in names for turn in (0.0, 0.5 * np.pi)]
-        found = {"frequency": mains_hz, **dict.fromkeys(names, 0.0), **dict.fromkeys(phases, 0.0)}
-        powers = np.zeros(len(harmonics))
-        weights = np.zeros(len(harmonics))
+        """Return the waveform of the mains at ``place`` that explains the residual best, by Hum's short names.
+
+        Every run gives a complex amplitude per line; the fundamental's angle is the run's own phase, and the angles of
+        the others against it are averaged over the runs.
+        """
+        columns = [self._line(Hum(place), mains_hz, name, turn) for name in LINES for turn in (0.0, 0.5 * np.pi)]
+        found = {"frequency": mains_hz, "phase": 0.0}
+        shape, weights = np.zeros(len(harmonics), dtype=np.complex128), np.zeros(len(harmonics))
         for run, part in self._parts():
             rows = np.array([column[part] for column in columns])
-            matrix, right = rows @ rows.T, rows @ self.residual[part]
-            inphase, quadrature = (np.linalg.pinv(matrix, hermitian=True, rcond=1e-6) @ right).reshape(-1, 2).T
-            weight = np.diag(matrix)[::2]
-            powers += weight * (inphase**2 + quadrature**2)
+            matrix = rows @ rows.T
+            pairs = np.linalg.pinv(matrix, hermitian=True, rcond=1e-6) @ rows @ self.residual[part]
+            lines = pairs[::2] + 1j * pairs[1::2]
+            phase, weight = float(np.angle(lines[0])), np.diag(matrix)[::2]
+            found[local_name("phase", run)] = phase
+            shape += weight * lines * np.exp(-1j * phase * np.asarray(harmonics))
             weights += weight
-            for name, a, b in zip(phases, inphase, quadrature, strict=True):
-                found[local_name(name, run)] = float(np.arctan2(b, a))
-        sizes = np.sqrt(powers / np.maximum(weights, 1e-300))
-        return {**found, **dict(zip(names, sizes.tolist(), strict=True))}
+        shape /= np.maximum(weights, 1e-300)
+        found |= dict(zip(LINES, np.abs(shape).tolist(), strict=True))
+        return found | {"third_phase": float(np.angle(shape[1])), "fifth_phase": float(np.angle(shape[2]))}
 
     def _line(self, hum: Effect, mains_hz: float, name: str, turn: float) -> Array:
-        """Return the change of the answer per volt of one line at one phase."""
+        """Return the change of the answer per volt of one line, as a sine (turn 0) or a cosine (turn pi / 2)."""
         size = 0.3 * self.observations[0].noise_v
-        phase = {"amplitude": "phase", "third": "phase_third", "fifth": "phase_fifth"}[name]
+        phase = {"amplitude": "phase", "third": "third_phase", "fifth": "fifth_phase"}[name]
         return self.change(hum.put_in(self.chain, {"frequency": mains_hz, name: size, phase: turn})) / size
 
     def _parts(self) -> list[tuple[str, slice]]:

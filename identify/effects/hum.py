@@ -19,39 +19,41 @@ AMPLITUDES = (
     Parameter("hum.third", "V", scale=0.1),
     Parameter("hum.fifth", "V", scale=0.1),
 )
-PHASES = (
-    Parameter("hum.phase", "rad", scale=1.0, local=True),
-    Parameter("hum.phase_third", "rad", scale=1.0, local=True),
-    Parameter("hum.phase_fifth", "rad", scale=1.0, local=True),
-)
+SHAPE = (Parameter("hum.third_phase", "rad"), Parameter("hum.fifth_phase", "rad"))
+PHASE = Parameter("hum.phase", "rad", local=True)
 
 
 @final
 class Hum(Effect):
-    """Mains lines added to v (where the gap rectifies them) or to the reading; every run has phases of its own."""
+    """Mains lines added to v (where the gap rectifies them) or to the reading.
+
+    The waveform is the same in every run; where in its period a run starts is the run's own.
+    """
 
     id = "hum"
     title = "mains hum"
-    equation = "s' = s + sum over n = 1, 3, 5 of a_n sin(2 pi n f t + phase_n), phases free in every run"
+    equation = "s' = s + sum over n = 1, 3, 5 of a_n sin(n (2 pi f t + phase) + phase_n), phase free in every run"
     sentence = "The mains is picked up: {}."
     axis = "mains lines"
     fingerprint = "a line whose phase is free of the stimulus; at v the gap rectifies it"
     places = (Place.SENSE, Place.G1)
-    declared = (FREQUENCY, *AMPLITUDES, *PHASES)
+    declared = (FREQUENCY, *AMPLITUDES, *SHAPE, PHASE)
     absent: ClassVar = {
         "frequency": 50.0, "amplitude": 0.0, "third": 0.0, "fifth": 0.0,
-        "phase": 0.0, "phase_third": 0.0, "phase_fifth": 0.0,
+        "third_phase": 0.0, "fifth_phase": 0.0,
+        "phase": 0.0,
     }  # fmt: skip
     confused_with = (Confusion("feedthrough", "a stimulus that is no multiple of the mains frequency"),)
     example: ClassVar = {"frequency": 50.02, "amplitude": 0.03, "third": 0.012, "fifth": 0.006}
 
     def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
         """Return the addition at work; time runs from the start of the run, so that phases belong to it."""
-        frequency, amplitudes, phases = values[0], values[1:4], values[4:]
+        frequency, amplitudes, angles, phase = values[0], values[1:4], (0.0, *values[4:6]), values[6]
 
         def run(block: Block) -> Array:
-            turn = 2.0 * np.pi * frequency * grid.step_s * np.arange(block.first, block.first + block.signal.size)
-            lines = [a * np.sin(n * turn + p) for n, a, p in zip(HARMONICS, amplitudes, phases, strict=True) if a]
+            count = np.arange(block.first, block.first + block.signal.size)
+            turn = 2.0 * np.pi * frequency * grid.step_s * count + phase
+            lines = [a * np.sin(n * turn + p) for n, a, p in zip(HARMONICS, amplitudes, angles, strict=True) if a]
             return np.asarray(block.signal + sum(lines)) if lines else block.signal
 
         return run, shape

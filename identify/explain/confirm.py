@@ -5,12 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from identify.chain import Chain, local_name
-from identify.fit import chi_squared, fit
+from identify.fit import fit
 from identify.observe import Observation, pooled_rms
+from identify.phases import scanned
 
 BLOCKS = 40  # stretches over which differences of squared residuals are averaged
 CONVINCING = 3.0  # standard errors by which a model must be better on held-out data
-PHASES = 6  # starts tried for a value that every run has for itself
 
 
 def adapted(chain: Chain, observations: Sequence[Observation]) -> Chain:
@@ -22,16 +22,8 @@ def adapted(chain: Chain, observations: Sequence[Observation]) -> Chain:
     new = [o for o in observations if names and local_name(names[0], o.trace.name) not in chain.values]
     shared = [p.name for p in chain.parameters() if not p.local]
     for observation in new:
-        for name in names:
-            chain = _scanned(chain, local_name(name, observation.trace.name), observation)
-        chain = fit(chain, [observation], fixed=shared).chain
+        chain = fit(scanned(chain, [observation]), [observation], fixed=shared).chain
     return chain
-
-
-def _scanned(chain: Chain, name: str, observation: Observation) -> Chain:
-    """Return the chain with one local value at the best of a few starts."""
-    options = [chain.with_values({name: turn}) for turn in np.linspace(0.0, 2.0 * np.pi, PHASES, endpoint=False)]
-    return min(options, key=lambda option: chi_squared(option, observation))
 
 
 def held_out_rms(chain: Chain, observations: Sequence[Observation]) -> float:

@@ -21,6 +21,7 @@ from identify.stage import Block, Grid, Parameter, Place, Run, Shape, Stage, Val
 from identify.trace import Array
 
 KNOTS = 12
+DAMPING = 0.3  # of the resonances in a free-form filter
 GAPS = (0.04, 0.1, 0.2, 0.4)  # of the range of w: how much wider the further plays of a hysteresis are
 
 
@@ -106,7 +107,7 @@ class RateMap(Correction):
 
 @dataclass(frozen=True)
 class Filter(Correction):
-    """A free-form linear block: high-passes over all time scales of the recording, none with a gain at zero."""
+    """A free-form linear block: high-passes and resonances over all time scales, none with a gain at zero frequency."""
 
     taus_s: tuple[float, ...] = ()
     kind = "a linear filter"
@@ -117,16 +118,23 @@ class Filter(Correction):
         return "frequency"
 
     def summed(self, values: Values, grid: Grid, shape: Shape) -> Run:
-        """Return the signal plus the weighted high-passes."""
-        lags = [run_linear(stepper((1.0,), (tau, 1.0), grid.step_s, "ramp")) for tau in self.taus_s]
+        """Return the signal plus the weighted high-passes s tau / (1 + s tau) and resonances."""
+        blocks = [run_linear(stepper(num, den, grid.step_s, "ramp")) for num, den in self._shapes()]
+        used = [(weight, block) for weight, block in zip(values, blocks, strict=True) if weight]
 
         def run(block: Block) -> Array:
             out = block.signal.copy()
-            for weight, lag in zip(values, lags, strict=True):
-                out += weight * (block.signal - lag(block))
+            for weight, shaped in used:
+                out += weight * shaped(block)
             return out
 
         return run
+
+    def _shapes(self) -> list[tuple[tuple[float, ...], tuple[float, ...]]]:
+        """Return numerators and denominators: a real pole and a damped pair at every time scale."""
+        real = [((tau, 0.0), (tau, 1.0)) for tau in self.taus_s]
+        pairs = [((tau, 0.0), (tau**2, 2.0 * DAMPING * tau, 1.0)) for tau in self.taus_s]
+        return [*real, *pairs]
 
 
 @dataclass(frozen=True)
@@ -267,7 +275,7 @@ def corrections(evidence: Evidence) -> Iterator[Correction]:
     taus = tuple(np.geomspace(0.5 * evidence.sample_s, 0.3 * longest_s, 8).tolist())
     level = {place: _spread(*evidence.range(place)) for place in Place}
     yield from (LevelMap(place, size=KNOTS, knots=level[place]) for place in (Place.SOURCE, Place.F, Place.SENSE))
-    yield from (Filter(place, size=len(taus), taus_s=taus) for place in (Place.G1, Place.G2))
+    yield from (Filter(place, size=2 * len(taus), taus_s=taus) for place in (Place.G1, Place.G2))
     yield Bypass(Place.SENSE, size=4, taus_s=taus[1:7:2])
     rates = evidence.rates(Place.F)
     yield RateMap(Place.F, size=len(rates), knots=rates)

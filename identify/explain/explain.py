@@ -15,6 +15,7 @@ from identify.explain.explanation import (
     HeldOut,
     Location,
     Profile,
+    Range,
     Remaining,
     Residuals,
     Verdict,
@@ -178,14 +179,14 @@ class _Answer:
 
     def _location_of_effects(self) -> Location:
         train = self.bench.observations
-        ranges = [acting(e.axis, self.better.fit.chain, self.without(e), train) for e in self.better.effects]
+        ranges = {e: acting(e.axis, self.better.fit.chain, self.without(e), train) for e in self.better.effects}
         stage = self.better.effects[0].place.label
         lines = [
-            f"{e.place.label}: {100 * r.share:.0f} % of what {e.title} changes lies at {r.axis} from "
-            f"{spoken(r.low, r.unit, 3)} to {spoken(r.high, r.unit, 3)}"
-            for e, r in zip(self.better.effects, ranges, strict=True)
+            f"{e.place.label}, where {e.title} acts at {found[0].axis} {listed([_stretch(r) for r in found])}"
+            for e, found in ranges.items()
         ]
-        return Location(stage, tuple(ranges), f"The mismatch enters at {'; '.join(lines)}.")
+        every = tuple(r for found in ranges.values() for r in found)
+        return Location(stage, every, f"The mismatch enters at {'; and at '.join(lines)}.")
 
     def _location_of_correction(self) -> Location:
         correction, fitted = self.beyond.fitted[0]
@@ -194,7 +195,7 @@ class _Answer:
         ranges = (
             ()
             if correction.axis == "branch"
-            else (acting(correction.axis, fitted.fit.chain, correction.put_in(base), self.bench.observations),)
+            else acting(correction.axis, fitted.fit.chain, correction.put_in(base), self.bench.observations)
         )
         also = f"; a correction at {listed(list(others))} would do nearly as well" if others else ""
         return Location(correction.place.label, ranges, f"{_described(self.beyond)}{also}.", others)
@@ -262,6 +263,11 @@ class _Answer:
         if not self.better.fit.converged:
             found.append(f"the improved fit did not converge: {self.better.fit.sentence}")
         return found
+
+
+def _stretch(part: Range) -> str:
+    """Return a stretch of a coordinate in words."""
+    return f"{spoken(part.low, part.unit, 3)} to {spoken(part.high, part.unit, 3)} ({100 * part.share:.0f} % of it)"
 
 
 def _described(beyond: Located) -> str:

@@ -13,6 +13,7 @@ from identify.explain.select import Bench, Hypothesis
 from identify.fit import DIFFERENCE
 from identify.stage import Place
 
+ITERATIONS = 10  # a correction is nearly linear in its weights
 FITTED = 4  # corrections that are fitted; the others are judged to first order
 TIE = 0.97  # a correction that explains this much of what the best one does cannot be excluded
 
@@ -64,10 +65,9 @@ class Located:
         places = [c.place for c, h in self.fitted[1:] if h.share(self.base) > floor and c.place != self.best.place]
         return tuple(dict.fromkeys(places))
 
-    def at(self, place: Place, axis: str) -> float:
-        """Return the best fitted misfit left by a correction at a place along an axis; infinity when none was fitted."""
-        left = [h.misfit for c, h in self.fitted if c.place == place and c.axis == axis]
-        return min(left, default=float("inf"))
+    def share_at(self, place: Place, axis: str) -> float:
+        """Return the share of the misfit that a correction at a place along an axis explains; 0 when none was fitted."""
+        return max((h.share(self.base) for c, h in self.fitted if c.place == place and c.axis == axis), default=0.0)
 
 
 def suspects(evidence: Evidence) -> list[Suspect]:
@@ -102,7 +102,7 @@ def located(bench: Bench, base: Hypothesis) -> Located:
     ranked = suspects(evidence)
     p_value = min((len(ranked) * s.p_value for s in ranked), default=1.0)
     worth = [s.correction for s in ranked if s.advantage(base.count) > 0.0][:FITTED]
-    fitted = [(c, bench.fitted(c.put_in(base.fit.chain), base.effects)) for c in worth]
+    fitted = [(c, bench.fitted(c.put_in(base.fit.chain), base.effects, ITERATIONS)) for c in worth]
     return Located(base, tuple(_by_misfit(fitted)), min(p_value, 1.0))
 
 

@@ -15,6 +15,7 @@ from identify.effects.effect import Effect, short
 from identify.evidence import Candidate, Evidence, candidates
 from identify.fit import Fit, chi_squared, fit
 from identify.observe import Observation, refined
+from identify.phases import scanned
 
 MOST_EFFECTS = 4
 FITTED_A_ROUND = 5
@@ -72,9 +73,9 @@ class Bench:
     fixed: tuple[str, ...]
     kinds: tuple[type[Effect], ...]
 
-    def fitted(self, chain: Chain, effects: Sequence[Effect]) -> Hypothesis:
+    def fitted(self, chain: Chain, effects: Sequence[Effect], iterations: int = ITERATIONS) -> Hypothesis:
         """Fit a chain from its own values, with the priors of the plain parameters at the rig file's."""
-        found = fit(chain, self.observations, self.plain.values, self.fixed, ITERATIONS)
+        found = fit(chain, self.observations, self.plain.values, self.fixed, iterations)
         chi2 = sum(chi_squared(found.chain, o) for o in self.observations)
         return Hypothesis(tuple(effects), found, chi2, sum(o.count for o in self.observations))
 
@@ -99,8 +100,11 @@ class Bench:
 
     def extended(self, base: Hypothesis, candidate: Candidate) -> Hypothesis:
         """Fit ``base`` with one more effect."""
-        chain = candidate.effect.put_in(base.fit.chain, candidate.values)
-        return self.fitted(chain, (*base.effects, candidate.effect))
+        chain = scanned(candidate.effect.put_in(base.fit.chain, candidate.values), self.observations)
+        effects = (*base.effects, candidate.effect)
+        found = self.fitted(chain, effects)
+        turned = scanned(found.fit.chain, self.observations)
+        return found if turned is found.fit.chain else self.fitted(turned, effects)
 
     def pruned(self, hypothesis: Hypothesis) -> Hypothesis:
         """Drop effects that no longer pay for themselves beside the others, the weakest first."""

@@ -12,6 +12,7 @@ from identify.trace import Array
 
 BINS = 24
 MOST = 0.95  # share of an effect's energy that the stretch reported must hold
+LEAST = 0.05  # share of the energy below which a side of a level axis is not mentioned
 UNITS = {"frequency": "Hz", "clock time": "s", "time on a plateau": "s", "mains lines": "Hz", "rate of w": "V/s"}
 
 
@@ -46,8 +47,11 @@ def _age(still: np.ndarray) -> Array:
     return np.asarray(index - np.maximum(last, 0), dtype=np.float64)
 
 
-def acting(axis: str, chain: Chain, without: Chain, observations: Sequence[Observation]) -> Range:
-    """Return the stretch of ``axis`` that holds most of the difference between two chains' answers."""
+def acting(axis: str, chain: Chain, without: Chain, observations: Sequence[Observation]) -> tuple[Range, ...]:
+    """Return the stretches of ``axis`` that hold most of the difference between two chains' answers.
+
+    Along a level the two signs are looked at separately: a rail above and a rail below are two places.
+    """
     changes = [np.where(o.use, o.residual(without) - o.residual(chain), 0.0) for o in observations]
     if axis in ("frequency", "mains lines"):
         grid, power = _spectrum(changes, observations)
@@ -55,8 +59,11 @@ def acting(axis: str, chain: Chain, without: Chain, observations: Sequence[Obser
         places = [coordinate(axis, chain, o)[o.use] for o in observations]
         powers = [np.square(c)[o.use] for c, o in zip(changes, observations, strict=True)]
         grid, power = np.concatenate(places), np.concatenate(powers)
-    low, high, share = _narrowest(grid, power)
-    return Range(axis, low, high, UNITS.get(axis, "V"), share)
+    sides = [grid < 0.0, grid >= 0.0] if axis.startswith("level") else [np.ones(grid.size, dtype=bool)]
+    total = float(np.sum(power))
+    found = [_narrowest(grid[side], power[side], total) for side in sides if side.any()]
+    kept = [f for f in found if f[2] > LEAST] or found[:1]
+    return tuple(Range(axis, low, high, UNITS.get(axis, "V"), share) for low, high, share in kept)
 
 
 def _spectrum(changes: Sequence[Array], observations: Sequence[Observation]) -> tuple[Array, Array]:
@@ -66,8 +73,8 @@ def _spectrum(changes: Sequence[Array], observations: Sequence[Observation]) -> 
     return np.concatenate(grids), np.concatenate(powers)
 
 
-def _narrowest(grid: Array, power: Array) -> tuple[float, float, float]:
-    """Return the narrowest stretch of a coordinate that holds ``MOST`` of the power, and its share."""
+def _narrowest(grid: Array, power: Array, whole: float) -> tuple[float, float, float]:
+    """Return the narrowest stretch of a coordinate that holds ``MOST`` of the power, and its share of ``whole``."""
     total = float(np.sum(power))
     if total <= 0.0:
         return float(np.min(grid)), float(np.max(grid)), 0.0
@@ -78,7 +85,7 @@ def _narrowest(grid: Array, power: Array) -> tuple[float, float, float]:
     stops = np.minimum(np.searchsorted(heaped, heaped[starts] + MOST), edges.size)
     best = int(np.argmin(edges[stops - 1] - edges[np.minimum(starts, edges.size - 1)]))
     start, stop = int(starts[best]), int(stops[best])
-    return float(edges[start]), float(edges[stop - 1]), float(heaped[stop] - heaped[start])
+    return float(edges[start]), float(edges[stop - 1]), float(heaped[stop] - heaped[start]) * total / whole
 
 
 def profile(axis: str, before: Chain, after: Chain, observations: Sequence[Observation]) -> Profile | None:
