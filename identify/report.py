@@ -43,7 +43,7 @@ def identification_page(found: Identification, imprint: Imprint = Imprint()) -> 
         "mood": "good" if ratio <= FITTED else "warn",
         "headline": identification_sentence(found),
         "subline": f"{found.model.title}; runs: {', '.join(o.trace.name for o in found.observations)}",
-        "borders": _borders(found), "line": _line(found.model), "blocks": _blocks(found.model),
+        "borders": _borders(found), "line": line_sentence(found.model), "blocks": _blocks(found.model),
         "physics": physics_lines(found.model), "responses": _responses(found), "fit": _fit(found),
         "not_identifiable": found.not_identifiable, "warnings": found.warnings,
         "pictures": _identification_pictures(found),
@@ -143,8 +143,8 @@ def _borders(found: Identification) -> list[dict[str, str]]:
     ]  # fmt: skip
 
 
-def _line(model: Model) -> str:
-    """Return F in words where it has no memory."""
+def line_sentence(model: Model) -> str:
+    """Return F in words where it has no memory, nothing where it has."""
     if isinstance(model.f, LinearF):
         return f"F is a straight line: w = {model.f.gain:.6g} v + {shown(model.f.offset_v, 'V')}."
     return ""

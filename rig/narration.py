@@ -67,19 +67,23 @@ def simulated(played: "Simulated") -> Iterator[str]:
 
 def identified(found: "Identification") -> Iterator[str]:
     """Tell which rig it was, how sure that is, and what cannot be told."""
-    from identify.report import identification_sentence, physics_lines
+    from identify.report import FITTED, identification_sentence, line_sentence, physics_lines
 
     yield identification_sentence(found)
     if found.borders:
         yield "  backlash, normalised so that G1(0) = G2(0) = 1:"
     for name, interval in found.borders.items():
         yield f"    {name}  {shown_interval(interval, 'V' if name.startswith('D') else 'V/V')}"
+    if line := line_sentence(found.model):
+        yield f"  {line}"
     for name, block in (("G1", found.model.g1), ("G2", found.model.g2)):
         yield f"  {name}  num {_coefficients(block.num)}, den {_coefficients(block.den)}{_delay(block.dead_time_s)}"
     yield from (f"  {name} in {stage}  {values}" for name, stage, values in physics_lines(found.model))
     yield f"  fit {found.fit_percent:.4g} % of the variation of y; noise from {found.noise.origin}"
     yield from (f"  cannot be told: {i.what}, because {i.because}; {i.fixed_by}" for i in found.not_identifiable)
     yield from (f"  warning: {text}" for text in found.warnings)
+    if found.rms_v > FITTED * found.noise.rms_v:
+        yield "  next: `rig explain` with the same recordings looks for what is missing"
 
 
 def explained(told: "Explanation") -> Iterator[str]:

@@ -133,3 +133,15 @@ def test_bad_usage_ends_with_two(tmp_path: Path, line: tuple[str, ...]) -> None:
     ended = rig(*line, cwd=tmp_path)
     assert ended.code == 2
     assert "Traceback" not in ended.err
+
+
+def test_a_fault_in_the_program_is_no_answer_and_shows_no_traceback(tmp_path: Path) -> None:
+    (tmp_path / "faulty.py").write_text(
+        "from rig.device import Device\n"
+        "class Daq(Device):\n"
+        "    @classmethod\n"
+        "    def connect(cls, where):\n"
+        "        raise RuntimeError('coil burnt')\n"
+    )
+    protocol(tmp_path)
+    refused(rig("check", "short.yaml", "--device", "faulty:Daq", cwd=tmp_path), 70, "coil burnt", "--debug")

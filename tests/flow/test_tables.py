@@ -1,6 +1,7 @@
 """Does a table from elsewhere become a recording like our own?"""
 
 import gzip
+import json
 from pathlib import Path
 
 import numpy as np
@@ -44,3 +45,26 @@ def test_a_wrong_range_of_rows_is_refused(tmp_path: Path, table: str) -> None:
                 cwd=tmp_path)  # fmt: skip
     assert ended.code == 2
     assert "FIRST:STOP" in ended.err
+
+
+def test_an_imported_linear_circuit_is_identified_with_its_rig(tmp_path: Path) -> None:
+    u = np.repeat(np.random.default_rng(2).uniform(-1.0, 1.0, 60), 50)
+    y = np.zeros(u.size)
+    for k in range(1, u.size):
+        y[k] = 0.9 * y[k - 1] + 0.1 * 0.93 * u[k - 1]
+    noisy = y + 1e-3 * np.random.default_rng(3).standard_normal(u.size)
+    rows = "".join(f"{a:.6f},{b:.6f}\n" for a, b in zip(u, noisy, strict=True))
+    (tmp_path / "t.csv").write_text(f"u,y\n{rows}")
+    (tmp_path / "rig.yaml").write_text(
+        "spec: 1\nrig: lag\nG1: {num: [1], den: [0.02, 1]}\nF: linear\nG2: {num: [1], den: [1]}\nnoise: 1 mV\n"
+    )
+    columns = ("--input", "u", "--output", "y", "--rate", "1000", "--rig", "rig.yaml")
+    assert rig("import", "t.csv", *columns, "--out", "t.h5", cwd=tmp_path).code == 0
+    ended = rig("identify", "t.h5", "--json", "t.json", cwd=tmp_path)
+    assert ended.code == 0, ended
+    assert "F is a straight line: w = 0.9" in ended.out
+    found = json.loads((tmp_path / "t.json").read_text(encoding="utf-8"))
+    assert found["backlash"] is None
+    # a lag whose step response falls by 0.9 a sample of 1 ms
+    assert found["G1"]["rational"]["den"][0] == pytest.approx(-1e-3 / np.log(0.9), rel=0.01)
+    assert float(found["model"]["F"]["linear"]["gain"]) == pytest.approx(0.93, rel=0.005)
