@@ -109,7 +109,8 @@ def table(results: list[Result]) -> str:
     ]
     for r in results:
         nanoseconds = 1e9 / r.samples
-        cells = [f"{nanoseconds * t.least:6.2f} / {nanoseconds * t.median:6.2f}" for t in (r.fused, r.staged, r.filters)]
+        timed = (r.fused, r.staged, r.filters)
+        cells = [f"{nanoseconds * t.least:6.2f} / {nanoseconds * t.median:6.2f}" for t in timed]
         lines.append(f"{r.order:>5}  " + "  ".join(cells) + f"  {ratio_of_rounds(r.fused, r.filters):12.2f}")
     return "\n".join(lines)
 

@@ -32,8 +32,12 @@ def table(results: list[Timed]) -> str:
     """Return milliseconds and the ratio to the first command."""
     first = results[0]
     lines = [f"{len(first.seconds)} rounds in turn; ms", f"{'command':<25} {'least':>8} {'median':>8} {'ratio':>7}"]
-    rows = (f"{r.name:<25} {1e3 * r.least:8.1f} {1e3 * r.median:8.1f} {ratio_of_rounds(r, first):7.2f}" for r in results)
-    return "\n".join([*lines, *rows])
+    return "\n".join([*lines, *(row(r, first) for r in results)])
+
+
+def row(timed: Timed, first: Timed) -> str:
+    """Return one line of the table."""
+    return f"{timed.name:<25} {1e3 * timed.least:8.1f} {1e3 * timed.median:8.1f} {ratio_of_rounds(timed, first):7.2f}"
 
 
 def main(arguments: list[str]) -> None:
