@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identify.trace import Array, Mask
 
@@ -19,10 +20,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+Cells = NDArray[np.int64]
+
 BEFORE, AFTER, INK, PALE = "#d1711f", "#1f5fa8", "#27323d", "#c9d1d9"
 WIDTH_IN = 8.6
 ENVELOPE_BINS = 500
-LATTICE = 1500  # steps across a picture: more than it has pixels
+LATTICE = 1500  # parts across a picture: more than it has pixels
 DPI = 150  # of pictures with so many lines that they are kept as pixels
 STYLE: Any = {
     "svg.fonttype": "none", "svg.hashsalt": "rig", "font.family": "sans-serif", "font.size": 9.0,
@@ -94,18 +97,23 @@ def draw_signal(axes: "Axes", time: Array, values: Array, colour: str, label: st
 
 def outline(x: Array, y: Array) -> tuple[Array, Array]:
     """Return a path in the plane with each piece of it once, NaN between pieces; detail too fine to see is lost."""
-    lattice = np.column_stack((on_lattice(x), on_lattice(y)))
-    moved = np.any(np.diff(lattice, axis=0) != 0.0, axis=1)
-    pieces = np.unique(np.hstack((lattice[:-1][moved], lattice[1:][moved])), axis=0)
-    gap = np.full((pieces.shape[0], 2), np.nan)
-    points = np.stack((pieces[:, :2], pieces[:, 2:], gap), axis=1).reshape(-1, 2)
-    return points[:, 0], points[:, 1]
+    cell = cells(x) * LATTICE + cells(y)
+    moved = np.flatnonzero(np.diff(cell))
+    pieces = np.unique(cell[moved] * LATTICE**2 + cell[moved + 1])
+    begins, ends = np.divmod(pieces, LATTICE**2)
+    points = np.column_stack((begins, ends))
+    return _between_gaps(x, points // LATTICE), _between_gaps(y, points % LATTICE)
 
 
-def on_lattice(x: Array) -> Array:
-    """Return x moved to the nearest of equal steps of its range."""
-    step = float(np.ptp(x)) / LATTICE or 1.0
-    return np.asarray(np.rint(x / step) * step)
+def cells(x: Array) -> Cells:
+    """Return which of ``LATTICE`` equal parts of its range every value of x is in."""
+    return np.asarray(np.rint((x - np.min(x)) / (float(np.ptp(x)) or 1.0) * (LATTICE - 1)), dtype=np.int64)
+
+
+def _between_gaps(x: Array, pairs: Cells) -> Array:
+    """Return the values of x that pairs of cells (M, 2) stand for, NaN behind every pair, shape (3 M,)."""
+    values = np.min(x) + pairs * float(np.ptp(x)) / (LATTICE - 1)
+    return np.asarray(np.column_stack((values, np.full(values.shape[0], np.nan))).ravel(), dtype=np.float64)
 
 
 def longest_stretch(use: Mask) -> slice:

@@ -271,11 +271,11 @@ def _deliver(
     from rig.outputs import write_text
     from rig.workflow import answer_json
 
-    if report:
-        write_text(report, page())
     if json_to and json_to != "-":
         write_text(json_to, answer_json(answer))
     if json_to == "-":
         click.echo(answer_json(answer), nl=False)
     else:
         _say(words)
+    if report:
+        write_text(report, page())

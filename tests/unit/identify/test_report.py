@@ -317,6 +317,16 @@ def test_the_outline_of_many_periods_is_as_small_as_that_of_one() -> None:
     assert once <= often <= once + 3
 
 
+def test_the_outline_keeps_place_and_size() -> None:
+    turn = 2 * np.pi * np.arange(2_001) / 2_000
+    x, y = outline(3.0 + np.cos(turn), 5.0 * np.sin(turn))
+    assert np.nanmin(x) == pytest.approx(2.0, abs=1e-9)
+    assert np.nanmax(y) == pytest.approx(5.0, abs=1e-9)
+    radius = np.hypot(x - 3.0, y / 5.0)
+    assert np.nanmax(np.abs(radius - 1.0)) < 2e-3
+    assert np.isnan(x).sum() == x.size // 3
+
+
 def test_the_longest_stretch_is_found() -> None:
     assert longest_stretch(np.array([True, False, True, True, False])) == slice(2, 4)
     assert longest_stretch(np.zeros(3, dtype=bool)) == slice(0, 0)
