@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from identify import pictures
 from identify.drawing import AFTER, BEFORE, Picture, page_style
-from identify.effects import effect_of
+from identify.effects import catalogue, effect_of
 from identify.effects.effect import short
 from identify.explain.explanation import Explanation, Finding, HeldOut, Range, Verdict
 from identify.identification import FrequencyPoint, Identification
@@ -24,6 +24,11 @@ FITTED = 1.1  # residual over noise up to which a fit leaves nothing beyond the 
 MOODS: dict[Verdict, str] = {
     "consistent": "good", "explained": "good", "partly_explained": "warn", "unexplained": "bad",
 }  # fmt: skip
+
+STAGES = (
+    ("source", "generator, DAC"), ("G1", "linear, before F"), ("F", "backlash or line"), ("G2", "linear, behind F"),
+    ("sense", "reading, ADC"),
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -58,7 +63,7 @@ def explanation_page(
         "title": f"{told.model.title}: {told.verdict.replace('_', ' ')}",
         "kicker": told.verdict.replace("_", " "), "mood": MOODS[told.verdict],
         "headline": told.sentence, "subline": _mismatch(told),
-        "location": _location(told), "effects": [_effect(finding) for finding in told.effects],
+        "stages": STAGES, "location": _location(told), "effects": [_effect(finding) for finding in told.effects],
         "training": {
             "runs": ", ".join(o.trace.name for o in told.train), "before": shown(told.training.before_v, "V"),
             "after": shown(told.training.after_v, "V"),
@@ -211,11 +216,17 @@ def _range(part: Range) -> dict[str, str]:
 
 def _effect(finding: Finding) -> dict[str, Any]:
     return {
-        "name": finding.id.replace("_", " "), "sentence": finding.sentence, "parameters": finding_lines(finding),
+        "name": _name(finding.id), "sentence": finding.sentence, "parameters": finding_lines(finding),
         "equation": finding.equation, "stage": finding.stage, "form": f", form {finding.form}" if finding.form else "",
         "probability": percent(finding.probability), "would_separate": finding.would_separate,
         "others": [f"{o.id.replace('_', ' ')} in {o.stage} ({percent(o.probability)})" for o in finding.could_also_be],
     }  # fmt: skip
+
+
+def _name(id_: str) -> str:
+    """Return what an effect is called, its everyday name behind it where the catalogue has one."""
+    kind, name = catalogue().get(id_), id_.replace("_", " ")
+    return f"{name} ({kind.title})" if kind is not None and kind.title != name else name
 
 
 def _held_out(held: HeldOut) -> dict[str, str]:

@@ -218,6 +218,12 @@ def test_the_page_tells_place_physics_doubt_proof_and_model(explained: str) -> N
         assert expected in words
 
 
+def test_the_signal_path_marks_the_place_and_what_cannot_be_excluded(explained: str) -> None:
+    marks = re.findall(r'<li(?: class="(\w+)")?><b>(\w+)</b>', explained)
+    assert marks == [("", "source"), ("", "G1"), ("here", "F"), ("", "G2"), ("maybe", "sense")]
+    assert "What: saturation (supply rails)" in Page(explained).text("h2")
+
+
 def test_every_picture_is_inside_the_page_and_told_in_words(explained: str) -> None:
     page = Page(explained)
     assert len(page.images) == 6
