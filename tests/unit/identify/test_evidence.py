@@ -1,0 +1,115 @@
+"""Is what a candidate would leave of the residual what a refit confirms, with the plain parameters projected out?"""
+
+import numpy as np
+import pytest
+
+from identify.chain import plain_chain, simulate
+from identify.effects import catalogue
+from identify.evidence import Evidence, candidates
+from identify.fit import fit
+from identify.stage import Place
+from tests.proof.cases import Concealed
+from tests.proof.rigs import OP_AMP
+from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
+from tests.trials import model_of, observed, recorded
+
+NOISE_V = 0.01
+PLAYED = (staircase("stairs", FIG13_LEVELS_V, 0.05), sine("sine", 31.25, 8.0, 8, 1))
+DRIFT = Concealed("offset_drift", {"rate": 0.013})
+KINDS = list(catalogue().values())
+
+
+def evidence_of(*physics, fixed=()):
+    traces = [recorded(OP_AMP, s, physics, NOISE_V, seed=3, start_s=4.0 * i) for i, s in enumerate(PLAYED)]
+    seen = [observed(trace, NOISE_V, 1) for trace in traces]
+    return Evidence(fit(plain_chain(model_of(OP_AMP)), seen, fixed=fixed), seen)
+
+
+@pytest.fixture(scope="module")
+def drifting():
+    return evidence_of(DRIFT)
+
+
+@pytest.fixture(scope="module")
+def clean():
+    return evidence_of()
+
+
+def test_the_promise_of_an_effect_is_kept_by_a_refit(drifting):
+    effect = catalogue()["offset_drift"](Place.SENSE)
+    promised = drifting.gain(effect, {"rate": 0.013})
+    fixed = (effect.put_in(drifting.chain, {"rate": 0.013}), drifting.observations, drifting.chain.values)
+    refitted = fit(*fixed, fixed=("offset_drift",))
+    assert promised > 1000.0
+    assert drifting.fitted.cost - refitted.cost == pytest.approx(promised, rel=0.02)
+
+
+def test_what_the_plain_parameters_can_mimic_is_no_gain(drifting):
+    moved = drifting.chain.with_values({"F.D_L": drifting.chain.values["F.D_L"] + 1e-4})
+    change = drifting.change(moved)
+    assert np.linalg.norm(change) > 1.0
+    assert drifting.left_by(drifting.residual + change) == pytest.approx(drifting.left, rel=1e-3)
+    assert np.linalg.norm(drifting.without_plain(change[None, :])) < 0.05 * np.linalg.norm(change)
+
+
+def test_left_is_what_least_squares_with_the_prior_leaves(drifting):
+    noise = np.random.default_rng(0).normal(size=drifting.residual.size)
+    prior = np.diag([1.0 / c.prior_sd for c in drifting.fitted.coordinates])
+    rows = np.concatenate([drifting.slopes.T, prior])
+    target = np.concatenate([noise, np.zeros(len(prior))])
+    moved = np.linalg.lstsq(rows, target, rcond=None)[0]
+    assert drifting.left_by(noise) == pytest.approx(np.sum((target - rows @ moved) ** 2), rel=1e-7)
+    assert np.allclose(drifting.without_plain(noise[None, :])[0], (target - rows @ moved)[: noise.size], atol=1e-4)
+    assert 0.0 < noise @ noise - drifting.left_by(noise) < 40.0  # as many degrees of freedom as parameters
+
+
+def test_without_parameters_nothing_is_projected_out():
+    rigid = evidence_of(fixed=("G1", "F", "G2"))
+    rows = np.ones((1, rigid.residual.size))
+    assert rigid.without_plain(rows) is rows
+    assert rigid.left == pytest.approx(rigid.residual @ rigid.residual)
+
+
+def test_the_right_effect_promises_most(drifting):
+    found = candidates(drifting, KINDS)
+    assert found[0].effect.id == "offset_drift"
+    assert found[0].values["rate"] == pytest.approx(0.013, rel=0.5)
+    assert [c.gain for c in found] == sorted((c.gain for c in found), reverse=True)
+
+
+def test_every_effect_is_a_candidate_once_at_most_per_start(clean):
+    found = candidates(clean, KINDS)
+    assert {c.effect.id for c in found} <= set(catalogue())
+    assert all(np.isfinite(c.gain) for c in found)
+
+
+def test_what_cannot_be_simulated_leaves_everything(clean):
+    assert clean.left_by(np.full(clean.residual.size, np.nan)) == np.inf
+
+
+def test_ranges_are_those_of_the_taps(clean):
+    low, high = clean.range(Place.F)
+    assert low == pytest.approx(8.0 * (-3.5 + 1.25), rel=0.05)  # the lowest level of the staircase, nearly settled
+    assert high == pytest.approx(8.0 * (3.0 - 1.25), rel=0.05)
+    assert clean.range(Place.SENSE) == clean.range(Place.G2)
+
+
+def test_rates_are_symmetric_and_hold_zero(clean):
+    rates = clean.rates(Place.G1)
+    assert 0.0 in rates
+    assert list(rates) == sorted(rates)
+    assert np.allclose(rates, -np.array(rates)[::-1])
+
+
+def test_a_line_in_the_residual_is_found_between_the_bins():
+    hum = Concealed("hum at sense", {"frequency": 50.37, "amplitude": 0.05, "third": 0.0, "fifth": 0.0})
+    assert evidence_of(hum).strongest_line_hz == pytest.approx(50.37, abs=0.2)
+
+
+def test_residual_is_joined_over_runs_and_in_units_of_the_noise(clean):
+    expected = np.concatenate([
+        (o.trace.y - simulate(clean.chain, o.trace, o.substeps)) / NOISE_V for o in clean.observations
+    ])  # fmt: skip
+    assert np.allclose(clean.residual, expected, rtol=0, atol=1e-9)
+    assert [int(mask.sum()) for mask in clean.masks] == [o.count for o in clean.observations]
+    assert np.std(clean.residual) == pytest.approx(1.0, abs=0.05)
