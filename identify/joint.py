@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from identify.blocks import LinearBlock, Play
 from identify.chain import Chain, model_of, signals
@@ -34,7 +35,12 @@ def identify(
 
     Raises ValueError with one sentence when the recordings cannot be used.
     """
-    note = progress or (lambda sentence, share: None)
+    with threadpool_limits(1, "blas"):
+        return _identified(model, traces, progress or (lambda sentence, share: None))
+
+
+def _identified(model: Model, traces: Sequence[Trace], note: Callable[[str, float], None]) -> Identification:
+    """Read the staircase, fit, and write the answer."""
     note("reading the staircase", 0.05)
     observations, noise = observed(model, traces)
     stairs = tuple(p for o in observations for p in staircase(o, settling_s(model)))

@@ -115,3 +115,18 @@ def age(branch: Array, plateau: float) -> Array:
         count = count + 1.0 if branch[j] == plateau else 0.0
         out[j] = count
     return out
+
+
+@njit(error_model="numpy", cache=True)
+def waveform(first: float, step: float, orders: Any, sizes: Any, angles: Any, out: Array) -> None:
+    """Add sum over n of sizes[n] sin(orders[n] turn + angles[n]) to ``out``, turn = first + step j.
+
+    The phasor is advanced by multiplication and set anew every 4096 samples, so that rounding stays below 1e-12.
+    """
+    for start in range(0, out.size, 4096):
+        for n in range(len(orders)):
+            phasor = sizes[n] * np.exp(1j * (orders[n] * (first + step * start) + angles[n]))
+            turn = np.exp(1j * orders[n] * step)
+            for j in range(start, min(start + 4096, out.size)):
+                out[j] += phasor.imag
+                phasor *= turn

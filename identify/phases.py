@@ -14,18 +14,26 @@ from identify.observe import Observation
 STARTS = 12  # phases tried around the circle
 
 
-def scanned(chain: Chain, observations: Sequence[Observation]) -> Chain:
-    """Return the chain with the phase of every run where the residual is smallest among the present and a few others."""
-    names = [p.name for p in chain.parameters() if p.local and p.unit == "rad"]
-    for observation in observations:
-        for name in names:
-            chain = _around(chain, local_name(name, observation.trace.name), name, observation)
+def scanned(chain: Chain, observations: Sequence[Observation], shared: bool = True) -> Chain:
+    """Return the chain with every angle where the residual is smallest among the present and a few others.
+
+    Angles that all runs share are tried on all runs, angles of single runs on their own; with ``shared``
+    false the former stay. The chain itself is returned when none moves.
+    """
+    for parameter in chain.parameters():
+        if parameter.unit != "rad":
+            continue
+        if not parameter.local:
+            chain = _around(chain, parameter.name, chain.values[parameter.name], observations) if shared else chain
+            continue
+        for observation in observations:
+            name = local_name(parameter.name, observation.trace.name)
+            chain = _around(chain, name, chain.values.get(name, chain.values[parameter.name]), [observation])
     return chain
 
 
-def _around(chain: Chain, name: str, shared: str, observation: Observation) -> Chain:
-    """Return the chain with one run's phase at the best of a few angles."""
-    here = chain.values.get(name, chain.values[shared])
-    angles = here + np.linspace(0.0, 2.0 * np.pi, STARTS, endpoint=False)
-    options = [chain, *(chain.with_values({name: float(angle)}) for angle in angles[1:])]
-    return min(options, key=lambda option: chi_squared(option, observation))
+def _around(chain: Chain, name: str, here: float, observations: Sequence[Observation]) -> Chain:
+    """Return the chain with one angle at the best of a few values."""
+    angles = here + np.linspace(0.0, 2.0 * np.pi, STARTS, endpoint=False)[1:]
+    options = [chain, *(chain.with_values({name: float(angle)}) for angle in angles)]
+    return min(options, key=lambda option: sum(chi_squared(option, o) for o in observations))

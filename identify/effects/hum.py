@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 
+from identify import kernels
 from identify.effects.effect import Confusion, Effect
 from identify.stage import Block, Grid, Parameter, Place, Run, Shape, Values
 from identify.trace import Array
@@ -51,10 +52,12 @@ class Hum(Effect):
         frequency, amplitudes, angles, phase = values[0], values[1:4], (0.0, *values[4:6]), values[6]
 
         def run(block: Block) -> Array:
-            count = np.arange(block.first, block.first + block.signal.size)
-            turn = 2.0 * np.pi * frequency * grid.step_s * count + phase
-            lines = [a * np.sin(n * turn + p) for n, a, p in zip(HARMONICS, amplitudes, angles, strict=True) if a]
-            return np.asarray(block.signal + sum(lines)) if lines else block.signal
+            if not any(amplitudes):
+                return block.signal
+            out = block.signal.copy()
+            turn = 2.0 * np.pi * frequency * grid.step_s
+            kernels.waveform(turn * block.first + phase, turn, HARMONICS, amplitudes, angles, out)
+            return out
 
         return run, shape
 

@@ -62,7 +62,7 @@ class SoftSaturation(Effect):
         top = max(-low, high) if self.form.endswith("both") else high if self.form.endswith("upper") else -low
         if top <= 0.0:
             return []
-        levels = [top * share for share in np.geomspace(0.1, 4.0, 20)]
+        levels = [top * share for share in np.geomspace(0.1, 4.0, 14)]
         if self.form.startswith("tanh"):
             tried = [{"level": level} for level in levels]
         else:

@@ -22,7 +22,7 @@ def adapted(chain: Chain, observations: Sequence[Observation]) -> Chain:
     new = [o for o in observations if names and local_name(names[0], o.trace.name) not in chain.values]
     shared = [p.name for p in chain.parameters() if not p.local]
     for observation in new:
-        chain = fit(scanned(chain, [observation]), [observation], fixed=shared).chain
+        chain = fit(scanned(chain, [observation], shared=False), [observation], fixed=shared).chain
     return chain
 
 

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from identify.chain import Chain, model_of
 from identify.effects import catalogue, chain_of, physics_in
@@ -43,9 +44,13 @@ def explain(
 
     Raises ValueError with one sentence when the recordings cannot be used.
     """
-    note = progress or _silent
+    with threadpool_limits(1, "blas"):  # the matrices are small: threads only wait for each other
+        return _explained(model, split(model, traces, hold_out), progress or _silent)
+
+
+def _explained(model: Model, data: Split, note: Note) -> Explanation:
+    """Go the whole way with data already split."""
     note("fitting the plain model", 0.02)
-    data = split(model, traces, hold_out)
     bench, plain = prepared(model, data)
     bench, final, rounds = selected(bench, plain, note)
     note("checking the names against free-form corrections", 0.75)

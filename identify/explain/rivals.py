@@ -14,15 +14,15 @@ TRIALS = 15  # blind trials of single and paired effects named right, of as many
 CEILING = (TRIALS + 1) / (TRIALS + 2)
 MENTIONED = 0.01  # an alternative less likely than this is excluded
 MOST = 3
+HOPELESS = -1000.0  # of the criterion: an effect this far behind when it was tried is not tried again
 
 
 def odds(bench: Bench, final: Hypothesis, effect: Effect, rounds: list[Round]) -> tuple[float, tuple[Alternative, ...]]:
     """Return the probability of one effect of the final hypothesis, and what could stand in its place."""
-    others = _substitutes(final, effect, rounds)
-    weights = {}
-    for other in others:
-        swapped = _swapped(bench, final, effect, other, rounds)
-        weight = exp(min(0.5 * swapped.advantage(final), 0.0))
+    weights: dict[tuple[str, str], float] = {}
+    for rival in _rivals(final, effect, rounds):
+        other = rival.effects[-1]
+        weight = exp(min(0.5 * _swapped(bench, final, effect, rival).advantage(final), 0.0))
         key = (other.id, other.place.label)
         weights[key] = max(weights.get(key, 0.0), weight)
     total = 1.0 + sum(weights.values())
@@ -31,22 +31,19 @@ def odds(bench: Bench, final: Hypothesis, effect: Effect, rounds: list[Round]) -
     return CEILING / total, tuple(named)
 
 
-def _substitutes(final: Hypothesis, effect: Effect, rounds: list[Round]) -> list[Effect]:
-    """Return the effects fitted in the round that chose ``effect``, other than what the final hypothesis has."""
+def _rivals(final: Hypothesis, effect: Effect, rounds: list[Round]) -> list[Hypothesis]:
+    """Return what was fitted in the round that chose ``effect`` and was not hopelessly behind it."""
     taken = {(e.id, e.place) for e in final.effects}
-    found: list[Effect] = []
+    found: list[Hypothesis] = []
     for step in rounds:
         if step.best is not None and (step.best.effects[-1].id, step.best.effects[-1].place) == (effect.id, effect.place):
-            found += [h.effects[-1] for h in step.tried if (h.effects[-1].id, h.effects[-1].place) not in taken]
+            others = [h for h in step.tried if (h.effects[-1].id, h.effects[-1].place) not in taken]
+            found += [h for h in others if h.advantage(step.best) > HOPELESS]
     return found
 
 
-def _swapped(bench: Bench, final: Hypothesis, effect: Effect, other: Effect, rounds: list[Round]) -> Hypothesis:
-    """Fit the final hypothesis with one effect replaced, from the values the selection had found for the other."""
-    effects = tuple(other if e is effect else e for e in final.effects)
-    for step in rounds:
-        for tried in step.tried:
-            if tried.effects[-1] is other:
-                values = {**final.fit.chain.values, **tried.fit.chain.values}
-                return bench.fitted(bench.with_effects(effects, values), effects)
-    return bench.fitted(bench.with_effects(effects, final.fit.chain.values), effects)
+def _swapped(bench: Bench, final: Hypothesis, effect: Effect, rival: Hypothesis) -> Hypothesis:
+    """Fit the final hypothesis with one effect replaced by what a rival has in its place."""
+    effects = tuple(rival.effects[-1] if e is effect else e for e in final.effects)
+    values = {**final.fit.chain.values, **rival.fit.chain.values}
+    return bench.fitted(bench.with_effects(effects, values), effects)

@@ -5,7 +5,7 @@ the most promising ones jointly with the plain parameters, and takes the best if
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import log
 
 import numpy as np
@@ -23,6 +23,7 @@ PROMISING = 0.2  # share of the best promise below which a candidate is not fitt
 WORTH = 0.2  # share of the remaining misfit an effect must explain: less is what any wrong effect absorbs
 NOISE_KNOWN = 0.01  # how well the noise's variance is known; misfit below this is not told from noise
 ITERATIONS = 40
+TURNS = 4  # times phases are looked for anew once the rest has moved
 
 Note = Callable[[str, float], None]
 
@@ -72,6 +73,7 @@ class Bench:
     observations: tuple[Observation, ...]
     fixed: tuple[str, ...]
     kinds: tuple[type[Effect], ...]
+    known: dict[tuple[Effect, ...], Hypothesis] = field(default_factory=dict)
 
     def fitted(self, chain: Chain, effects: Sequence[Effect], iterations: int = ITERATIONS) -> Hypothesis:
         """Fit a chain from its own values, with the priors of the plain parameters at the rig file's."""
@@ -89,7 +91,8 @@ class Bench:
 
     def refined(self, chain: Chain) -> "Bench":
         """Return the bench with grids fine enough for ``chain``."""
-        return replace(self, observations=tuple(refined(o, chain) for o in self.observations))
+        finer = tuple(refined(o, chain) for o in self.observations)
+        return self if finer == self.observations else replace(self, observations=finer, known={})
 
     def round(self, base: Hypothesis) -> "Round":
         """Screen all effects on the residual of ``base`` and fit those that promise most."""
@@ -103,8 +106,12 @@ class Bench:
         chain = scanned(candidate.effect.put_in(base.fit.chain, candidate.values), self.observations)
         effects = (*base.effects, candidate.effect)
         found = self.fitted(chain, effects)
-        turned = scanned(found.fit.chain, self.observations)
-        return found if turned is found.fit.chain else self.fitted(turned, effects)
+        for _ in range(TURNS):
+            turned = scanned(found.fit.chain, self.observations)
+            if turned is found.fit.chain:
+                break
+            found = self.fitted(turned, effects)
+        return found
 
     def pruned(self, hypothesis: Hypothesis) -> Hypothesis:
         """Drop effects that no longer pay for themselves beside the others, the weakest first."""
@@ -117,9 +124,11 @@ class Bench:
         return hypothesis
 
     def without(self, hypothesis: Hypothesis, effect: Effect) -> Hypothesis:
-        """Fit ``hypothesis`` less one effect."""
+        """Fit ``hypothesis`` less one effect; what was fitted before on these data is remembered."""
         rest = tuple(e for e in hypothesis.effects if e is not effect)
-        return self.fitted(self.with_effects(rest, hypothesis.fit.chain.values), rest)
+        if rest not in self.known:
+            self.known[rest] = self.fitted(self.with_effects(rest, hypothesis.fit.chain.values), rest)
+        return self.known[rest]
 
 
 @dataclass(frozen=True)
@@ -153,8 +162,8 @@ def selected(bench: Bench, start: Hypothesis, note: Note) -> tuple[Bench, Hypoth
         if this.best is None:
             break
         finer = bench.refined(this.best.fit.chain)
-        changed = finer.observations != bench.observations
-        bench, best = finer, finer.fitted(this.best.fit.chain, this.best.effects) if changed else this.best
+        best = this.best if finer is bench else finer.fitted(this.best.fit.chain, this.best.effects)
+        bench = finer
     return bench, bench.pruned(best), rounds
 
 
