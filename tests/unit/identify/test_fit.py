@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 from scipy.stats import binom, chi2
 
+from identify import chain as chain_module
 from identify.chain import local_name, plain_chain, simulate
 from identify.effects import chain_of
 from identify.fit import Coordinate, boxed_step, chi_squared, coordinates_of, fit, is_fixed, sensitivities
@@ -209,6 +210,17 @@ def test_sensitivities_are_differences_of_answers(rc):
     assert np.allclose(residual, (seen.trace.y - base) / NOISE_V, rtol=0, atol=1e-6)
     assert np.allclose(slopes, expected, rtol=0, atol=1e-3 * np.abs(expected).max())
     assert np.abs(expected).max(axis=1).min() > 1.0
+
+
+def test_cutting_a_run_into_chunks_changes_neither_cost_nor_fit(rc, monkeypatch):
+    start, seen = plain_chain(model_of(toleranced(RC, 5, 0.2))), observations(rc)
+    whole = fit(start, seen)
+    residual = seen[0].residual(start) / NOISE_V
+    monkeypatch.setattr(chain_module, "CHUNK", 500)
+    assert chi_squared(start, seen[0]) == pytest.approx(residual @ residual, rel=1e-9)
+    cut = fit(start, seen)
+    assert cut.cost == pytest.approx(whole.cost, rel=1e-6)
+    assert cut.sd("F.D_L") == pytest.approx(whole.sd("F.D_L"), rel=1e-3)
 
 
 def test_chi_squared_is_infinite_where_the_chain_cannot_be(rc):

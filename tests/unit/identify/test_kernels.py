@@ -130,6 +130,13 @@ def test_age_counts_samples_on_a_plateau_and_starts_anew():
     assert kernels.age(branch, 0.0).tolist() == [1, 2, 0, 1, 0, 1, 2, 3]
 
 
+def test_waveform_is_a_sum_of_sines_without_drift_of_its_phasor():
+    out, j = np.full(100_000, 2.0), np.arange(100_000)
+    kernels.waveform(0.4, 0.0123, (1, 3, 5), (0.3, 0.0, 0.1), (0.0, 1.0, -2.0), out)
+    turn = 0.4 + 0.0123 * j
+    assert np.allclose(out, 2.0 + 0.3 * np.sin(turn) + 0.1 * np.sin(5.0 * turn - 2.0), rtol=0, atol=1e-11)
+
+
 def test_loops_are_for_compiled_code():
     with pytest.raises(NotImplementedError, match="compiled code only"):
         kernels.dot((1.0,), (1.0,))

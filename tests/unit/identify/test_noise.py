@@ -68,6 +68,12 @@ def test_samples_that_were_lost_do_not_count():
     assert good(trace).all()
 
 
+def test_a_handful_of_repeats_is_not_enough():
+    few = replace(noisy(unrepeated(), 0.02, 1), u=np.concatenate([unrepeated().u[:3800], np.zeros(200)]))
+    assert noise_of([few], 0.017, declared_v=0.5).origin == "the rig file"  # 29 differences
+    assert noise_of([few], 0.010, declared_v=0.5).origin == "settled dwells"  # 99
+
+
 def unrepeated(count=4000, seed=0):
     """Return a trace of a linear filter under levels that never rest or repeat."""
     u = np.random.default_rng(seed).normal(size=count)
