@@ -9,6 +9,7 @@ import numpy as np
 
 from identify import kernels
 from identify.blocks import Gain, LinearBlock, Play, Source
+from identify.discretise import without_leading_zeros
 from identify.model import Backlash, LinearF, Model, Rational
 from identify.stage import Block, Grid, Held, Parameter, Place, Ramp, Run, Shape, Stage, Values
 from identify.trace import Array, Intersample, Trace
@@ -93,8 +94,10 @@ def local_name(name: str, run: str) -> str:
 
 def plain_chain(model: Model, intersample: Intersample = "held") -> Chain:
     """Return the chain of G1, F and G2 as ``model`` gives them, without its further physics."""
-    g1 = LinearBlock(model.g1, "G1", Place.G1)
-    g2 = LinearBlock(model.g2, "G2", Place.G2)
+    g1, g2 = (
+        LinearBlock(replace(block, num=without_leading_zeros(block.num)), place.label, place)
+        for block, place in ((model.g1, Place.G1), (model.g2, Place.G2))
+    )
     f = Play(model.f) if isinstance(model.f, Backlash) else Gain(model.f)
     delays = (Parameter("G2.dead_time", "s", "log"),) if model.g2.dead_time_s > 0 else ()
     source = Source(intersample == "held", model.g1.dead_time_s, delays)

@@ -45,6 +45,7 @@ def companion(num: Row, den: Row) -> tuple[Matrix, Matrix, Matrix, float, float]
     or its denominator begins or ends in 0.
     """
     order = len(den) - 1
+    num = without_leading_zeros(num)
     _check(num, den)
     w0 = float(abs(den[-1] / den[0]) ** (1.0 / order))
     powers = w0 ** np.arange(order, -1, -1.0)
@@ -59,6 +60,12 @@ def companion(num: Row, den: Row) -> tuple[Matrix, Matrix, Matrix, float, float]
     big_b[-1, 0] = 1.0
     taps = (b[1:] - b[0] * a[1:])[::-1]
     return big_a, big_b, taps, float(b[0]), w0
+
+
+def without_leading_zeros(num: Row) -> Row:
+    """Return the coefficients from the first that is not 0 on, the last one at least."""
+    first = next((i for i, b in enumerate(num) if b != 0.0), len(num) - 1)
+    return num[first:]
 
 
 def _check(num: Row, den: Row) -> None:
@@ -90,7 +97,7 @@ def stepper(num: Row, den: Row, step_s: float, shape: InputShape, fraction: floa
     Source: Van Loan, Computing integrals involving the matrix exponential, IEEE TAC 23 (1978) 395.
     """
     if len(den) == 1:
-        _check(num, den)
+        _check(without_leading_zeros(num), den)
         gain = num[-1] / den[-1]
         return Stepper(((0.0,),), (0.0,), (0.0,), (0.0,), gain)
     a, b, taps, d, w0 = companion(num, den)

@@ -42,7 +42,7 @@ class Evidence:
 
     @cached_property
     def _ranges(self) -> dict[Place, tuple[float, float]]:
-        found = {place: (0.0, 0.0) for place in Place}
+        found = dict.fromkeys(Place, (0.0, 0.0))
         for observation in self.observations:
             taps = signals(self.chain, observation.trace, SUBSTEPS)
             for place in Place:
@@ -145,7 +145,8 @@ class Evidence:
         """Return the option that gains most; empty when the effect cannot be put in or there is no option."""
         if not options or not effect.applicable(self.chain):
             return {}
-        return dict(max(options, key=lambda values: self.gain(effect, values)))
+        gains = [self.gain(effect, values) for values in options]
+        return dict(options[int(np.argmax(gains))])
 
     def mains_lines(self, mains_hz: float, harmonics: Sequence[int], place: Place) -> dict[str, float]:
         """Return the waveform of the mains at ``place`` that explains the residual best, by Hum's short names.

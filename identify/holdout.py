@@ -6,6 +6,7 @@ from math import log
 
 import numpy as np
 
+from identify.blocks import TOLERANCE_FACTOR
 from identify.model import Model, Rational
 from identify.noise import Noise, good, noise_of
 from identify.observe import Observation
@@ -57,10 +58,13 @@ def _some(observations: Sequence[Observation]) -> tuple[Observation, ...]:
 
 
 def counted(trace: Trace, model: Model) -> Mask:
-    """Return which samples may count: received, and settled when the rig was in motion at the start."""
+    """Return which samples may count: received, and settled when the rig was in motion at the start.
+
+    The rig file's poles are nominal; the real ones may be slower by as much as a fit allows.
+    """
     use = good(trace)
     if not trace.from_rest:
-        use = use & (np.arange(trace.size) >= round(settling_s(model) * trace.rate_hz))
+        use = use & (np.arange(trace.size) >= round(TOLERANCE_FACTOR * settling_s(model) * trace.rate_hz))
     return use
 
 
@@ -84,5 +88,6 @@ def _settling_s(block: Rational) -> float:
     poles = np.roots(block.den)
     slowest = float(np.min(-poles.real)) if poles.size else np.inf
     if slowest <= 0.0:
-        raise ValueError(f"the block {block.num} / {block.den} is not stable: a pole at {poles[np.argmax(poles.real)]:.4g}/s")
+        worst = poles[int(np.argmax(poles.real))]
+        raise ValueError(f"the block {block.num} / {block.den} is not stable: a pole at {worst:.4g}/s")
     return block.dead_time_s + (log(1.0 / SETTLED) / slowest if np.isfinite(slowest) else 0.0)

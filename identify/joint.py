@@ -61,7 +61,9 @@ def observed(model: Model, traces: Sequence[Trace]) -> tuple[tuple[Observation, 
     return tuple(o for o in found if o.count), noise
 
 
-def fitted(model: Model, observations: tuple[Observation, ...], stairs: Sequence[StairPoint]) -> tuple[Bench, Hypothesis]:
+def fitted(
+    model: Model, observations: tuple[Observation, ...], stairs: Sequence[StairPoint]
+) -> tuple[Bench, Hypothesis]:
     """Fit all runs from the rig file's values or from the staircase's borders, whichever is nearer to the data."""
     chain = chain_of(model, intersample_of([o.trace for o in observations]))
     bench = Bench(chain, observations, model.fixed, ())
@@ -93,8 +95,8 @@ def _answer(
     return Identification(
         model=replace(model_of(fit.chain, model), noise_v=noise.rms_v, physics=physics_in(fit.chain)), fit=fit, observations=observations, noise=noise,
         rms_v=rms_v, fit_percent=100.0 * (1.0 - rms_v / spread_v) if spread_v > 0.0 else 0.0, borders=normalised,
-        own_scale=own, g1=points(fit, blocks["G1"], frequencies, wider), g2=points(fit, blocks["G2"], frequencies, wider),
-        staircase=stairs, not_identifiable=unidentifiable(model, fit), warnings=tuple(_warnings(fit, observations)),
+        own_scale=own, g1=points(fit, blocks["G1"], frequencies, wider),
+        g2=points(fit, blocks["G2"], frequencies, wider), staircase=stairs, not_identifiable=unidentifiable(model, fit), warnings=tuple(_warnings(fit, observations)),
     )  # fmt: skip
 
 
@@ -133,9 +135,8 @@ def unidentifiable(model: Model, fit: Fit) -> tuple[Unidentifiable, ...]:
     ]  # fmt: skip
     for i, c in enumerate(fit.coordinates):
         if float(np.sqrt(fit.covariance[i, i])) > UNSEEN * c.prior_sd and not c.parameter.local:
-            found.append(
-                Unidentifiable(c.name, "no run excites it", f"the rig file's value {spoken(c.centre, c.parameter.unit)} is kept")
-            )
+            kept = f"the rig file's value {spoken(c.centre, c.parameter.unit)} is kept"
+            found.append(Unidentifiable(c.name, "no run excites it", kept))
     return tuple(found)
 
 

@@ -1,5 +1,6 @@
 """What are gain and phase of a fitted linear block at the frequencies that were played, and how sure are they?"""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -39,7 +40,9 @@ def _lines_hz(u: Array, rate_hz: float) -> Array:
     return np.asarray(strong * rate_hz / u.size)
 
 
-def points(fitted: Fit, block: LinearBlock, frequencies_hz: Sequence[float], inflation: float) -> tuple[FrequencyPoint, ...]:
+def points(
+    fitted: Fit, block: LinearBlock, frequencies_hz: Sequence[float], inflation: float
+) -> tuple[FrequencyPoint, ...]:
     """Return gain (V/V) and phase (rad) of a block with 95 % intervals from the fit's covariance (delta method)."""
     s = 2j * np.pi * np.asarray(frequencies_hz)
     centre = _log_response(fitted.chain, block, s)
@@ -49,10 +52,8 @@ def points(fitted: Fit, block: LinearBlock, frequencies_hz: Sequence[float], inf
         slopes[i] = (_log_response(moved, block, s) - centre) / DIFFERENCE
     found = []
     for k, f in enumerate(frequencies_hz):
-        half = [
-            1.96 * inflation * float(np.sqrt(max(part @ fitted.covariance @ part, 0.0)))
-            for part in (slopes[:, k].real, slopes[:, k].imag)
-        ]
+        parts = (slopes[:, k].real, slopes[:, k].imag)
+        half = [1.96 * inflation * math.sqrt(max(float(part @ fitted.covariance @ part), 0.0)) for part in parts]
         gain, phase = float(np.exp(centre[k].real)), float(centre[k].imag)
         spread = Interval(gain, gain * float(np.exp(-half[0])), gain * float(np.exp(half[0])))
         found.append(FrequencyPoint(float(f), spread, Interval(phase, phase - half[1], phase + half[1])))

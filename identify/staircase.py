@@ -35,10 +35,9 @@ def staircase(observation: Observation, settle_s: float) -> tuple[StairPoint, ..
     if levels.size < 4:
         return ()
     branches = classified(levels, means, errors)
-    return tuple(
-        StairPoint(observation.trace.name, float(u), Interval(float(m), float(m - 1.96 * e), float(m + 1.96 * e)), branch)
-        for u, m, e, branch in zip(levels, means, errors, branches, strict=True)
-    )
+    spreads = [Interval(float(m), float(m - 1.96 * e), float(m + 1.96 * e)) for m, e in zip(means, errors, strict=True)]
+    run = observation.trace.name
+    return tuple(StairPoint(run, float(u), m, b) for u, m, b in zip(levels, spreads, branches, strict=True))
 
 
 def _dwells(observation: Observation, settle: int) -> tuple[Array, Array, Array]:

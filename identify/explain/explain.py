@@ -29,7 +29,7 @@ from identify.explain.where import acting, profile
 from identify.holdout import Split, split
 from identify.interval import Interval
 from identify.model import Model
-from identify.observe import Observation, pooled_rms
+from identify.observe import Observation, pooled_rms, refined
 from identify.trace import Intersample, Trace
 from identify.wording import listed, spoken, spoken_with_interval
 
@@ -57,6 +57,7 @@ def _explained(model: Model, data: Split, note: Note) -> Explanation:
     plain = bench.fitted(plain.fit.chain, ())
     earned = warranted(bench, plain, final, rounds)
     note("confirming on held-out data", 0.9)
+    data = replace(data, test=tuple(refined(o, earned.hypothesis.fit.chain) for o in data.test))
     kept, dropped = confirmed(bench, earned, data.test)
     note("done", 1.0)
     return _Answer(model, data, bench, plain, kept, rounds, dropped).explanation()
@@ -184,7 +185,7 @@ class _Answer:
 
     def _location_of_effects(self) -> Location:
         train = self.bench.observations
-        ranges = {e: acting(e.axis, self.better.fit.chain, self.without(e), train) for e in self.better.effects}
+        ranges = {e: acting(e.axis, e.place, self.better.fit.chain, self.without(e), train) for e in self.better.effects}
         stage = self.better.effects[0].place.label
         lines = [
             f"{e.place.label}, where {e.title} acts at {found[0].axis} {listed([_stretch(r) for r in found])}"
@@ -200,7 +201,7 @@ class _Answer:
         ranges = (
             ()
             if correction.axis == "branch"
-            else acting(correction.axis, fitted.fit.chain, correction.put_in(base), self.bench.observations)
+            else acting(correction.axis, correction.place, fitted.fit.chain, base, self.bench.observations)
         )
         also = f"; a correction at {listed(list(others))} would do nearly as well" if others else ""
         return Location(correction.place.label, ranges, f"{_described(self.beyond)}{also}.", others)

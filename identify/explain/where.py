@@ -47,12 +47,14 @@ def _age(still: np.ndarray) -> Array:
     return np.asarray(index - np.maximum(last, 0), dtype=np.float64)
 
 
-def acting(axis: str, chain: Chain, without: Chain, observations: Sequence[Observation]) -> tuple[Range, ...]:
-    """Return the stretches of ``axis`` that hold most of the difference between two chains' answers.
+def acting(
+    axis: str, place: Place, chain: Chain, without: Chain, observations: Sequence[Observation]
+) -> tuple[Range, ...]:
+    """Return the stretches of ``axis`` that hold most of the difference two chains make to the signal at ``place``.
 
     Along a level the two signs are looked at separately: a rail above and a rail below are two places.
     """
-    changes = [np.where(o.use, o.residual(without) - o.residual(chain), 0.0) for o in observations]
+    changes = [np.where(o.use, _behind(place, chain, o) - _behind(place, without, o), 0.0) for o in observations]
     if axis in ("frequency", "mains lines"):
         grid, power = _spectrum(changes, observations)
     else:
@@ -64,6 +66,11 @@ def acting(axis: str, chain: Chain, without: Chain, observations: Sequence[Obser
     found = [_narrowest(grid[side], power[side], total) for side in sides if side.any()]
     kept = [f for f in found if f[2] > LEAST] or found[:1]
     return tuple(Range(axis, low, high, UNITS.get(axis, "V"), share) for low, high, share in kept)
+
+
+def _behind(place: Place, chain: Chain, observation: Observation) -> Array:
+    """Return the signal behind all stages of a place, V, shape (N,)."""
+    return signals(chain, observation.trace)[chain.index(place) - 1]
 
 
 def _spectrum(changes: Sequence[Array], observations: Sequence[Observation]) -> tuple[Array, Array]:
