@@ -3,7 +3,7 @@
 import inspect
 import math
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -13,6 +13,7 @@ from identify.effects import catalogue, physics_in, with_physics
 from identify.effects.effect import Effect, short
 from identify.evidence import Evidence, evidence_starts
 from identify.fit import Fit, fit
+from identify.model import Rational
 from identify.observe import Observation
 from identify.trace import Trace
 from tests.proof.cases import CLEAN, LIBRARY, Case
@@ -149,6 +150,20 @@ def at_example(effect: Effect) -> Chain:
 def test_at_its_absent_value_an_effect_is_the_identity(effect: Effect) -> None:
     assert effect.applicable(PLAIN)
     assert np.allclose(answers(effect.put_in(PLAIN, {})), answers(PLAIN), rtol=0, atol=1e-9)
+
+
+@every_variant
+def test_an_effect_is_the_identity_where_the_signal_jumps_too(effect: Effect) -> None:
+    """Behind blocks without dynamics a held level is still a held level."""
+    bare = plain_chain(replace(model_of(OP_AMP), g1=Rational((1.0,), (1.0,)), g2=Rational((1.0,), (1.0,))))
+    assert np.allclose(answers(effect.put_in(bare, {})), answers(bare), rtol=0, atol=1e-9)
+    example = {name: value for name, value in effect.example.items() if name in map(short, names_of(effect))}
+    assert np.all(np.isfinite(answers(effect.put_in(bare, example))))
+
+
+def names_of(effect: Effect) -> list[str]:
+    """Return the full names of a variant's parameters."""
+    return [p.name for p in effect.parameters()]
 
 
 @every_variant

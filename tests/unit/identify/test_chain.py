@@ -220,5 +220,13 @@ def test_blocks_that_cannot_be_are_refused_when_the_chain_begins():
         chain.begin(grid_of(Trace("t", 1e4, STAIRS.u, STAIRS.u)))
 
 
+def test_zeros_in_front_of_a_numerator_are_no_parameters():
+    model = rig_model(RC)
+    padded = plain_chain(replace(model, g1=replace(model.g1, num=(0.0, 0.0, 1000.0))))
+    assert [p.name for p in padded.parameters()] == [p.name for p in plain_chain(model).parameters()]
+    trace = Trace("t", 1e4, STAIRS.u, STAIRS.u)
+    assert np.array_equal(simulate(padded, trace), simulate(plain_chain(model), trace))
+
+
 def test_stages_of_the_plain_chain():
     assert [type(stage) for stage in CHAINS["plain"].stages] == [Source, LinearBlock, Play, LinearBlock]

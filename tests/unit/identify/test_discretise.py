@@ -97,6 +97,11 @@ def test_a_block_without_dynamics_is_a_gain_with_one_idle_state():
     assert (step.d, step.order, step.at_rest()) == (1.5, 1, (0.0,))
 
 
+@pytest.mark.parametrize("den", [(1.0,), (2e-3, 1.0), (1e-6, 2e-3, 1.0)])
+def test_zeros_in_front_of_a_numerator_say_nothing(den):
+    assert stepper((0.0, 0.0, 0.0, 5.0), den, STEP_S, "held") == stepper((5.0,), den, STEP_S, "held")
+
+
 @pytest.mark.parametrize(
     ("num", "den", "message"),
     [

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identify import effects
-from identify.chain import local_name, plain_chain, simulate
+from identify.chain import Chain, local_name, plain_chain, simulate
 from identify.effects import catalogue, chain_of, effect_of, physics_in, with_physics
 from identify.effects.plateau_droop import PlateauDroop
 from identify.effects.saturation import Saturation
@@ -134,6 +134,24 @@ def test_droop_needs_a_gap_and_a_dead_time_a_source_of_its_own():
     late = plain_chain(Model("m", Rational((1.0,), (1.0,)), LinearF(), Rational((1.0,), (1.0,), 1e-3)))
     assert not catalogue()["dead_time"](Place.G2).applicable(late)
     assert catalogue()["dead_time"](Place.G2).applicable(linear)
+
+
+@pytest.mark.parametrize("effect", [PlateauDroop(Place.F, "leak"), catalogue()["dead_time"](Place.G2)])
+def test_an_effect_that_lives_in_another_stage_is_none_of_its_own(effect):
+    with pytest.raises(NotImplementedError, match="there is no stage of its own"):
+        effect.begin((1.0,), Grid("a", 1e-4), Ramp())
+
+
+def test_a_dead_time_needs_a_source():
+    with pytest.raises(ValueError, match="the chain has no source"):
+        catalogue()["dead_time"](Place.G2).put_in(Chain((), {}), {"delay": 1e-3})
+
+
+def test_a_pole_behind_a_jump_answers_the_held_level_exactly():
+    model = Model("m", Rational((1.0,), (1.0,)), LinearF(), Rational((1.0,), (1.0,)))
+    chain = with_physics(plain_chain(model), (Physics("extra_pole", {"tau": 3e-4}, "G1"),))
+    y = simulate(chain, Trace("step", 1e4, np.ones(30), np.ones(30)))
+    assert np.allclose(y, -np.expm1(-1e-4 * np.arange(30) / 3e-4), rtol=0, atol=1e-12)
 
 
 def test_an_effect_is_not_applicable_twice():

@@ -77,9 +77,11 @@ def test_the_right_effect_promises_most(drifting):
     assert [c.gain for c in found] == sorted((c.gain for c in found), reverse=True)
 
 
-def test_every_effect_is_a_candidate_once_at_most_per_start(clean):
-    found = candidates(clean, KINDS)
-    assert {c.effect.id for c in found} <= set(catalogue())
+def test_effects_that_cannot_be_put_in_are_no_candidates(clean):
+    taken = Evidence(clean.fitted, clean.observations)
+    taken.chain = catalogue()["feedthrough"](Place.SENSE).put_in(clean.chain, {"k": 0.0})
+    found = candidates(taken, [catalogue()["feedthrough"], catalogue()["offset_drift"]])
+    assert {c.effect.id for c in found} == {"offset_drift"}
     assert all(np.isfinite(c.gain) for c in found)
 
 
