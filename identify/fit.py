@@ -12,7 +12,7 @@ from math import exp, isfinite, log
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import LinAlgError, cholesky, solve_triangular
+from scipy.linalg import LinAlgError, eigh
 from scipy.optimize import lsq_linear
 
 from identify.chain import Chain, advance, chunks, grid_of, local_name, running
@@ -24,6 +24,7 @@ DIFFERENCE = 1e-5  # step of the differences, in search coordinates
 WIDE = 3.0  # sd of the prior on a free log coordinate: a factor of 20
 WIDE_LINEAR = 10.0  # sd of the prior on a linear coordinate, in units of its scale
 RADIUS = 0.5  # first half width of the trust box, in search coordinates
+ROUNDING = 1e-14  # relative curvature that is nothing but rounding
 NEGLIGIBLE = 1e-4  # an expected gain in cost that no test could see ends the search
 
 
@@ -234,24 +235,40 @@ def _search(problem: _Problem, theta: Array, iterations: int) -> Fit:
         if gain > 0.0:
             theta, cost = theta + step, trial
             matrix, right = problem.normal(theta)
-    covariance = np.asarray(np.linalg.pinv(matrix, hermitian=True), dtype=np.float64)
-    return Fit(problem.at(theta), problem.coordinates, theta, cost, covariance, converged, sentence)
+    return Fit(problem.at(theta), problem.coordinates, theta, cost, inverse(matrix), converged, sentence)
 
 
 def boxed_step(matrix: NDArray[np.float64], right: Array, low: Array, high: Array) -> Array:
     """Return the minimiser of the quadratic model inside a box.
 
-    The plain solution is taken where it lies inside; else bounded-variable least squares on the Cholesky factor
+    The plain solution is taken where it lies inside; else bounded-variable least squares on a square root of the matrix
     (Stark and Parker, Computational Statistics 10 (1995) 129).
     """
-    scale = 1.0 / np.sqrt(np.diag(matrix))
-    factor = cholesky(matrix * np.outer(scale, scale))
-    target = solve_triangular(factor, right * scale, trans="T")
-    wanted = solve_triangular(factor, target)
+    scale, curvatures, axes = resolved(matrix)
+    roots = np.sqrt(curvatures)
+    factor, target = roots[:, None] * axes.T, axes.T @ (right * scale) / roots
+    wanted = axes @ (target / roots)
     if np.all((wanted >= low / scale) & (wanted <= high / scale)):
         return np.asarray(wanted * scale)
     found = lsq_linear(factor, target, (low / scale, high / scale), method="bvls")
     return np.asarray(np.clip(found.x * scale, low, high))
+
+
+def inverse(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the covariance that belongs to a normal matrix; what the data do not tell stays uncertain."""
+    scale, curvatures, axes = resolved(matrix)
+    return np.asarray((axes / curvatures) @ axes.T * np.outer(scale, scale))
+
+
+def resolved(matrix: NDArray[np.float64]) -> tuple[Array, Array, NDArray[np.float64]]:
+    """Return (scale, curvatures, axes) of a normal matrix in units in which its diagonal is one.
+
+    In these units a curvature given by the prior alone is not lost beside large ones. Directions in which several
+    parameters do the same keep a curvature of rounding size, never zero or less.
+    """
+    scale = 1.0 / np.sqrt(np.diag(matrix))
+    curvatures, axes = eigh(matrix * np.outer(scale, scale))
+    return scale, np.maximum(curvatures, ROUNDING * np.max(curvatures, initial=0.0)), axes
 
 
 def _failed(problem: _Problem, theta: Array, sentence: str) -> Fit:

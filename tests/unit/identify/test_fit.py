@@ -10,7 +10,7 @@ from scipy.stats import binom, chi2
 from identify import chain as chain_module
 from identify.chain import local_name, plain_chain, simulate
 from identify.effects import chain_of
-from identify.fit import Coordinate, boxed_step, chi_squared, coordinates_of, fit, is_fixed, sensitivities
+from identify.fit import Coordinate, boxed_step, chi_squared, coordinates_of, fit, inverse, is_fixed, sensitivities
 from identify.model import Backlash, LinearF, Model, Physics, Rational
 from identify.stage import Parameter
 from identify.trace import Trace
@@ -135,6 +135,23 @@ def test_what_the_data_say_nothing_about_stays_at_its_centre_with_the_prior_s_wi
     assert found.converged
     assert found.chain.values["saturation.upper"] == 500.0
     assert np.sqrt(found.covariance[i, i]) == pytest.approx(found.coordinates[i].prior_sd)
+
+
+@pytest.mark.parametrize("noise_v", [1e-4, 1e-6])
+def test_a_low_noise_does_not_make_the_unknown_certain(rc, noise_v):
+    """Beside curvatures of 1e14 the prior's own must not be lost."""
+    chain = chain_of(model_of(RC, (Physics("saturation", {"upper": 500.0}, form="upper"),)))
+    found = fit(chain, observations(rc, noise_v), iterations=3)
+    i = [c.name for c in found.coordinates].index("saturation.upper")
+    assert np.sqrt(found.covariance[i, i]) == pytest.approx(found.coordinates[i].prior_sd)
+
+
+def test_two_parameters_that_do_the_same_are_both_uncertain():
+    """A gain before and a gain behind a linear F: only their product is told, however low the noise is."""
+    matrix = 1e18 * np.array([[1.0, 1.0], [1.0, 1.0]]) + np.diag([0.01, 0.01])
+    step = boxed_step(matrix, np.array([1e18, 1e18]), np.full(2, -3.0), np.full(2, 3.0))
+    assert step.sum() == pytest.approx(1.0, rel=1e-6)
+    assert np.all(np.sqrt(np.diag(inverse(matrix))) > 1e-3)
 
 
 def test_the_prior_sits_at_the_centre_and_not_at_the_start(rc):
