@@ -9,20 +9,21 @@ from threadpoolctl import threadpool_limits
 from identify.blocks import LinearBlock, Play
 from identify.chain import Chain, model_of, signals
 from identify.effects import chain_of, physics_in
-from identify.explain.explain import inflation, intersample_of
+from identify.explain.explain import intersample_of
 from identify.explain.select import Bench, Hypothesis
 from identify.fit import Fit, chi_squared
 from identify.holdout import counted, settling_s
 from identify.identification import Identification, StairPoint, Unidentifiable
+from identify.inflation import inflation
 from identify.interval import Interval
 from identify.model import Model
+from identify.natural_units import shown
 from identify.noise import Noise, noise_of, period_of
 from identify.observe import Observation, pooled_rms
 from identify.response import played_hz, points
 from identify.stage import Place
 from identify.staircase import borders, staircase
 from identify.trace import Trace
-from identify.wording import spoken
 
 BORDERS = ("S_L", "D_L", "S_U", "D_U")
 UNSEEN = 0.7  # share of its prior's width above which a parameter was not determined by the data
@@ -86,17 +87,18 @@ def _answer(
 ) -> Identification:
     """Write the identification."""
     observations, fit = bench.observations, found.fit
-    wider = inflation(found, observations)
+    wider = inflation(found.fit.chain, observations)
     own, normalised = _borders(model, fit, wider)
     rms_v = pooled_rms([o.used_residual(fit.chain) for o in observations])
     spread_v = pooled_rms([o.trace.y[o.use] - np.mean(o.trace.y[o.use]) for o in observations])
     blocks = {s.name: s for s in fit.chain.stages if isinstance(s, LinearBlock)}
     frequencies = played_hz(observations, _corner_hz(model))
+    refitted = replace(model_of(fit.chain, model), noise_v=noise.rms_v, physics=physics_in(fit.chain))
     return Identification(
-        model=replace(model_of(fit.chain, model), noise_v=noise.rms_v, physics=physics_in(fit.chain)), fit=fit, observations=observations, noise=noise,
-        rms_v=rms_v, fit_percent=100.0 * (1.0 - rms_v / spread_v) if spread_v > 0.0 else 0.0, borders=normalised,
-        own_scale=own, g1=points(fit, blocks["G1"], frequencies, wider),
-        g2=points(fit, blocks["G2"], frequencies, wider), staircase=stairs, not_identifiable=unidentifiable(model, fit), warnings=tuple(_warnings(fit, observations)),
+        model=refitted, fit=fit, observations=observations, noise=noise, rms_v=rms_v,
+        fit_percent=100.0 * (1.0 - rms_v / spread_v) if spread_v > 0.0 else 0.0, borders=normalised, own_scale=own,
+        g1=points(fit, blocks["G1"], frequencies, wider), g2=points(fit, blocks["G2"], frequencies, wider),
+        staircase=stairs, not_identifiable=unidentifiable(model, fit), warnings=tuple(_warnings(fit, observations)),
     )  # fmt: skip
 
 
@@ -126,7 +128,7 @@ def unidentifiable(model: Model, fit: Fit) -> tuple[Unidentifiable, ...]:
     found = [
         Unidentifiable(
             "delay shared between G1 and G2", "a delay before F gives the same output as one behind it",
-            f"G1 assumed with a dead time of {spoken(model.g1.dead_time_s, 's')}",
+            f"G1 assumed with a dead time of {shown(model.g1.dead_time_s, 's')}",
         ),
         Unidentifiable(
             "gain shared between G1, F and G2", "only the product reaches the reading",
@@ -135,7 +137,7 @@ def unidentifiable(model: Model, fit: Fit) -> tuple[Unidentifiable, ...]:
     ]  # fmt: skip
     for i, c in enumerate(fit.coordinates):
         if float(np.sqrt(fit.covariance[i, i])) > UNSEEN * c.prior_sd and not c.parameter.local:
-            kept = f"the rig file's value {spoken(c.centre, c.parameter.unit)} is kept"
+            kept = f"the rig file's value {shown(c.centre, c.parameter.unit)} is kept"
             found.append(Unidentifiable(c.name, "no run excites it", kept))
     return tuple(found)
 
@@ -162,7 +164,7 @@ def _stuck(chain: Chain, observation: Observation) -> list[str]:
         if step.repeat == 0 and period_of(u) and float(np.ptp(w[middle : step.stop])) == 0.0 and swing > 0.0:
             amplitude = 0.5 * float(np.ptp(u))
             found.append(
-                f"{step.label}: the gap is stuck at U = {spoken(amplitude, 'V', 3)}, raise it above "
-                f"{spoken(amplitude * gap / swing, 'V', 3)}"
+                f"{step.label}: the gap is stuck at U = {shown(amplitude, 'V', 3)}, raise it above "
+                f"{shown(amplitude * gap / swing, 'V', 3)}"
             )
     return found

@@ -4,7 +4,6 @@ Exit codes: 0 done, 1 the answer is negative, 2 bad usage or input, 3 device fai
 the program itself, 130 stopped by Ctrl-C while nothing was being played.
 """
 
-import os
 import sys
 
 import click
@@ -14,8 +13,6 @@ from rig.commands import commands
 
 def main() -> None:
     """Run the command line and exit with its code."""
-    for library in ("OPENBLAS", "OMP", "MKL"):  # threads cost more than they bring on matrices this small: 5 to 1
-        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     sys.exit(run_line(sys.argv[1:]))
 
 

@@ -66,7 +66,7 @@ class Located:
         return tuple(dict.fromkeys(places))
 
     def share_at(self, place: Place, axis: str) -> float:
-        """Return the share of the misfit that a correction at a place along an axis explains; 0 when none was fitted."""
+        """Return the share of the misfit a correction at a place along an axis explains; 0 when none was fitted."""
         return max((h.share(self.base) for c, h in self.fitted if c.place == place and c.axis == axis), default=0.0)
 
 

@@ -9,6 +9,7 @@ from math import exp
 from identify.effects.effect import Effect
 from identify.explain.explanation import Alternative
 from identify.explain.select import Bench, Hypothesis, Round
+from identify.stage import Place
 
 TRIALS = 15  # blind trials of single and paired effects named right, of as many: tests/proof
 CEILING = (TRIALS + 1) / (TRIALS + 2)
@@ -33,13 +34,18 @@ def odds(bench: Bench, final: Hypothesis, effect: Effect, rounds: list[Round]) -
 
 def _rivals(final: Hypothesis, effect: Effect, rounds: list[Round]) -> list[Hypothesis]:
     """Return what was fitted in the round that chose ``effect`` and was not hopelessly behind it."""
-    taken = {(e.id, e.place) for e in final.effects}
+    taken = {_kind(e) for e in final.effects}
     found: list[Hypothesis] = []
     for step in rounds:
-        if step.best is not None and (step.best.effects[-1].id, step.best.effects[-1].place) == (effect.id, effect.place):
-            others = [h for h in step.tried if (h.effects[-1].id, h.effects[-1].place) not in taken]
+        if step.best is not None and _kind(step.best.effects[-1]) == _kind(effect):
+            others = [h for h in step.tried if _kind(h.effects[-1]) not in taken]
             found += [h for h in others if h.advantage(step.best) > HOPELESS]
     return found
+
+
+def _kind(effect: Effect) -> tuple[str, Place]:
+    """Return what an effect is and where, whatever its form."""
+    return effect.id, effect.place
 
 
 def _swapped(bench: Bench, final: Hypothesis, effect: Effect, rival: Hypothesis) -> Hypothesis:

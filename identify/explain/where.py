@@ -12,6 +12,7 @@ from identify.trace import Array
 
 BINS = 24
 MOST = 0.95  # share of an effect's energy that the stretch reported must hold
+SPECTRAL = ("frequency", "mains lines")
 LEAST = 0.05  # share of the energy below which a side of a level axis is not mentioned
 UNITS = {"frequency": "Hz", "clock time": "s", "time on a plateau": "s", "mains lines": "Hz", "rate of w": "V/s"}
 
@@ -50,22 +51,29 @@ def _age(still: np.ndarray) -> Array:
 def acting(
     axis: str, place: Place, chain: Chain, without: Chain, observations: Sequence[Observation]
 ) -> tuple[Range, ...]:
-    """Return the stretches of ``axis`` that hold most of the difference two chains make to the signal at ``place``.
+    """Return the stretches of ``axis`` on which two chains' signals at ``place`` differ by more than the noise.
 
-    Along a level the two signs are looked at separately: a rail above and a rail below are two places.
+    Along frequency it is the band that holds most of the difference. Along a level the two signs are looked at
+    separately: a rail above and a rail below are two places.
     """
     changes = [np.where(o.use, _behind(place, chain, o) - _behind(place, without, o), 0.0) for o in observations]
-    if axis in ("frequency", "mains lines"):
-        grid, power = _spectrum(changes, observations)
-    else:
-        places = [coordinate(axis, chain, o)[o.use] for o in observations]
-        powers = [np.square(c)[o.use] for c, o in zip(changes, observations, strict=True)]
-        grid, power = np.concatenate(places), np.concatenate(powers)
-    sides = [grid < 0.0, grid >= 0.0] if axis.startswith("level") else [np.ones(grid.size, dtype=bool)]
-    total = float(np.sum(power))
-    found = [_narrowest(grid[side], power[side], total) for side in sides if side.any()]
-    kept = [f for f in found if f[2] > LEAST] or found[:1]
-    return tuple(Range(axis, low, high, UNITS.get(axis, "V"), share) for low, high, share in kept)
+    if axis in SPECTRAL:
+        low, high, share = _narrowest(*_spectrum(changes, observations))
+        return (Range(axis, low, high, UNITS[axis], share),)
+    where = np.concatenate([coordinate(axis, chain, o) for o in observations])
+    size = np.concatenate([np.abs(c) / o.noise_v for c, o in zip(changes, observations, strict=True)])
+    sides = [where < 0.0, where >= 0.0] if axis.startswith("level") else [np.ones(where.size, dtype=bool)]
+    return tuple(r for r in (_visible(axis, where, size, side) for side in sides) if r.share > LEAST)
+
+
+def _visible(axis: str, where: Array, size: Array, side: np.ndarray) -> Range:
+    """Return the stretch of one side of an axis over which a change exceeds the noise, and its share of the energy."""
+    seen = side & (size > 1.0)
+    total = float(np.sum(np.square(size)))
+    if not seen.any() or total == 0.0:
+        return Range(axis, 0.0, 0.0, UNITS.get(axis, "V"), 0.0)
+    share = float(np.sum(np.square(size[seen]))) / total
+    return Range(axis, float(np.min(where[seen])), float(np.max(where[seen])), UNITS.get(axis, "V"), share)
 
 
 def _behind(place: Place, chain: Chain, observation: Observation) -> Array:
@@ -80,8 +88,8 @@ def _spectrum(changes: Sequence[Array], observations: Sequence[Observation]) -> 
     return np.concatenate(grids), np.concatenate(powers)
 
 
-def _narrowest(grid: Array, power: Array, whole: float) -> tuple[float, float, float]:
-    """Return the narrowest stretch of a coordinate that holds ``MOST`` of the power, and its share of ``whole``."""
+def _narrowest(grid: Array, power: Array) -> tuple[float, float, float]:
+    """Return the narrowest stretch of a coordinate that holds ``MOST`` of the power, and its share."""
     total = float(np.sum(power))
     if total <= 0.0:
         return float(np.min(grid)), float(np.max(grid)), 0.0
@@ -92,12 +100,12 @@ def _narrowest(grid: Array, power: Array, whole: float) -> tuple[float, float, f
     stops = np.minimum(np.searchsorted(heaped, heaped[starts] + MOST), edges.size)
     best = int(np.argmin(edges[stops - 1] - edges[np.minimum(starts, edges.size - 1)]))
     start, stop = int(starts[best]), int(stops[best])
-    return float(edges[start]), float(edges[stop - 1]), float(heaped[stop] - heaped[start]) * total / whole
+    return float(edges[start]), float(edges[stop - 1]), float(heaped[stop] - heaped[start])
 
 
 def profile(axis: str, before: Chain, after: Chain, observations: Sequence[Observation]) -> Profile | None:
     """Return the residual of two chains along an axis of time or level; None along other axes."""
-    if axis in ("frequency", "mains lines", "branch"):
+    if axis in (*SPECTRAL, "branch"):
         return None
     where = np.concatenate([coordinate(axis, after, o)[o.use] for o in observations])
     old = np.concatenate([o.used_residual(before) for o in observations])

@@ -1,0 +1,221 @@
+"""What is said of an explanation: verdict, location, findings and proof, each with its numbers and its sentence?"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from identify.chain import Chain, model_of
+from identify.effects import physics_in
+from identify.effects.effect import Effect, short
+from identify.explain.confirm import CONVINCING, adapted, held_out_rms, improvement
+from identify.explain.explanation import (
+    Explanation,
+    Finding,
+    HeldOut,
+    Location,
+    Profile,
+    Range,
+    Remaining,
+    Residuals,
+    Verdict,
+)
+from identify.explain.locate import Located
+from identify.explain.rivals import odds
+from identify.explain.select import Bench, Hypothesis, Round
+from identify.explain.warrant import Warranted
+from identify.explain.where import acting, profile
+from identify.holdout import Split
+from identify.inflation import inflation
+from identify.interval import Interval
+from identify.model import Model
+from identify.natural_units import shown, shown_interval
+from identify.observe import pooled_rms
+
+TO_THE_NOISE = 1.1  # a held-out residual below this many times the noise counts as explained
+
+
+class Answer:
+    """All that the answer is written from."""
+
+    def __init__(
+        self, model: Model, data: Split, bench: Bench, plain: Hypothesis, earned: Warranted, rounds: list[Round],
+        dropped: tuple[Effect, ...],
+    ) -> None:
+        """Simulate the held-out data with the plain and the better model."""
+        self.model, self.data, self.bench, self.rounds, self.dropped = model, data, bench, rounds, dropped
+        self.plain, self.better, self.beyond = plain, earned.hypothesis, earned.beyond
+        self.noise_v = data.noise.rms_v
+        self.inflation = inflation(self.better.fit.chain, bench.observations)
+        self.before_v = held_out_rms(adapted(plain.fit.chain, data.test), data.test)
+        self.after_v = held_out_rms(adapted(self.better.fit.chain, data.test), data.test)
+        self.unnamed = self._unnamed() if not self.better.effects else None
+
+    @property
+    def verdict(self) -> Verdict:
+        """Return one of the four verdicts."""
+        if self.better.effects:
+            return "explained" if self.after_v <= TO_THE_NOISE * self.noise_v else "partly_explained"
+        if self.beyond.significant or self.before_v > TO_THE_NOISE * self.noise_v:
+            return "unexplained"
+        return "consistent"
+
+    def explanation(self) -> Explanation:
+        """Return the answer."""
+        model = replace(
+            model_of(self.better.fit.chain, self.model), noise_v=self.noise_v,
+            physics=physics_in(self.better.fit.chain),
+        )  # fmt: skip
+        findings = tuple(self.finding(effect) for effect in self.better.effects)
+        train = self.bench.observations
+        before = pooled_rms([o.used_residual(self.plain.fit.chain) for o in train])
+        after = pooled_rms([o.used_residual(self.better.fit.chain) for o in train])
+        return Explanation(
+            verdict=self.verdict, sentence=self.sentence(findings), noise=self.data.noise, mismatch_v=before,
+            p_value=self.p_value, location=self.location(),
+            effects=(*findings, *([self.unnamed] if self.unnamed else [])),
+            training=Residuals(before, after),
+            held_out=HeldOut(
+                tuple(o.trace.name for o in self.data.test), self.data.how, Residuals(self.before_v, self.after_v)
+            ),
+            remaining=self.remaining(), model=model, plain=self.plain.fit, improved=self.better.fit,
+            train=train, test=self.data.test, profiles=self.profiles(), warnings=tuple(self.warnings()),
+        )  # fmt: skip
+
+    @property
+    def p_value(self) -> float:
+        """Return how likely noise alone would make the mismatch; zero once physics was found in it."""
+        return 0.0 if self.better.effects else self.beyond.p_value
+
+    def without(self, effect: Effect) -> Chain:
+        """Return the better model's chain less one effect, all other values as they are."""
+        rest = tuple(e for e in self.better.effects if e is not effect)
+        return self.bench.with_effects(rest, self.better.fit.chain.values)
+
+    def finding(self, effect: Effect) -> Finding:
+        """Return what is said of one effect."""
+        probability, others = odds(self.bench, self.better, effect, self.rounds)
+        parameters = self.parameters(effect)
+        values = listed([f"{name} {shown_interval(interval, unit)}" for name, (interval, unit) in parameters.items()])
+        separators = {c.id: c.would_separate for c in effect.confused_with}
+        first = next((separators[o.id] for o in others if o.id in separators), None)
+        return Finding(
+            effect.id, effect.place.label, effect.form, probability, parameters, effect.equation,
+            effect.sentence.format(values), others, first or next(iter(separators.values()), None),
+        )  # fmt: skip
+
+    def parameters(self, effect: Effect) -> dict[str, tuple[Interval, str]]:
+        """Return an effect's shared parameters with intervals and units, by short name."""
+        found = {}
+        for p in effect.parameters():
+            if not p.local:
+                value = float(self.better.fit.chain.values[p.name])
+                found[short(p.name)] = (Interval(value, *self.better.fit.ci95(p.name, self.inflation)), p.unit)
+        return found
+
+    def location(self) -> Location | None:
+        """Return the stage at which the mismatch enters and the stretch of its coordinate that holds it."""
+        if self.better.effects:
+            return self._location_of_effects()
+        return self._location_of_correction() if self.beyond.significant else None
+
+    def _location_of_effects(self) -> Location:
+        train, chain = self.bench.observations, self.better.fit.chain
+        ranges = {e: acting(e.axis, e.place, chain, self.without(e), train) for e in self.better.effects}
+        stage = self.better.effects[0].place.label
+        lines = [
+            f"{e.place.label}, where {e.title} acts at {found[0].axis} {listed([_stretch(r) for r in found])}"
+            for e, found in ranges.items()
+        ]
+        every = tuple(r for found in ranges.values() for r in found)
+        return Location(stage, every, f"The mismatch enters at {'; and at '.join(lines)}.")
+
+    def _location_of_correction(self) -> Location:
+        correction, fitted = self.beyond.fitted[0]
+        base = self.beyond.base.fit.chain
+        others = tuple(place.label for place in self.beyond.alternatives())
+        ranges = (
+            ()
+            if correction.axis == "branch"
+            else acting(correction.axis, correction.place, fitted.fit.chain, base, self.bench.observations)
+        )
+        also = f"; a correction at {listed(list(others))} would do nearly as well" if others else ""
+        return Location(correction.place.label, ranges, f"{_described(self.beyond)}{also}.", others)
+
+    def _unnamed(self) -> Finding | None:
+        """Return the finding without a name, when a correction proves itself on held-out data."""
+        if not self.beyond.significant:
+            return None
+        correction, fitted = self.beyond.fitted[0]
+        test = self.data.test
+        with_it = adapted(fitted.fit.chain, test)
+        if improvement(with_it, adapted(self.plain.fit.chain, test), test) < CONVINCING:
+            return None
+        after = held_out_rms(with_it, test)
+        return Finding(
+            "unnamed", correction.place.label, "", min(1.0, self.beyond.share), {},
+            f"a free-form correction along {correction.axis}: {correction.kind}",
+            f"{_described(self.beyond)}; on held-out data it lowers the residual from {shown(self.before_v, 'V', 3)} "
+            f"to {shown(after, 'V', 3)}. No physics in the catalogue explains this shape.",
+            (), None,
+        )  # fmt: skip
+
+    def remaining(self) -> Remaining:
+        """Return what the better model leaves on held-out data."""
+        over = self.after_v / self.noise_v
+        if not self.beyond.significant:
+            return Remaining(over, None, "Nothing that any correction could explain is left beyond the noise.")
+        if not self.better.effects:
+            return Remaining(over, self.beyond.best.place.label, "The mismatch is not explained; it is located above.")
+        return Remaining(over, self.beyond.best.place.label, f"{_described(self.beyond)}.")
+
+    def profiles(self) -> tuple[Profile, ...]:
+        """Return the residual before and after along the coordinates that matter."""
+        axes = [effect.axis for effect in self.better.effects]
+        axes += [self.beyond.best.axis] if self.beyond.significant else []
+        axes += ["level of w", "clock time"]
+        train, before, after = self.bench.observations, self.plain.fit.chain, self.better.fit.chain
+        made = [profile(axis, before, after, train) for axis in dict.fromkeys(axes)]
+        return tuple(p for p in made if p is not None)
+
+    def sentence(self, findings: tuple[Finding, ...]) -> str:
+        """Return the verdict in one sentence an operator understands."""
+        times = f"{self.before_v / self.noise_v:.3g} times the noise"
+        if self.verdict == "consistent":
+            return "Simulation and recordings agree to the noise: nothing is missing from the model."
+        names = listed([f"{f.id} at {f.stage}" for f in findings])
+        after = f"{self.after_v / self.noise_v:.3g} times"
+        if self.verdict == "explained":
+            return f"The mismatch is explained by {names}: the held-out residual falls from {times} to {after}."
+        if self.verdict == "partly_explained":
+            return f"{names} explains part of the mismatch: the held-out residual falls from {times} to {after}."
+        if self.unnamed is None and not self.beyond.significant:
+            return f"Held-out runs differ by {times}, the others agree: they show something the others do not excite."
+        return f"The recordings differ from the simulation by {times}, and no known physics explains it."
+
+    def warnings(self) -> list[str]:
+        """Return what the reader must know beside the answer."""
+        found = [
+            f"{effect.id} at {effect.place.label} fits the training runs but is not confirmed by the held-out data: "
+            "it is not reported; hold out runs that reach it"
+            for effect in self.dropped
+        ]
+        if not self.plain.fit.converged:
+            found.append(f"the plain fit did not converge: {self.plain.fit.sentence}")
+        if not self.better.fit.converged:
+            found.append(f"the improved fit did not converge: {self.better.fit.sentence}")
+        return found
+
+
+def _stretch(part: Range) -> str:
+    """Return a stretch of a coordinate in words."""
+    return f"{shown(part.low, part.unit, 3)} to {shown(part.high, part.unit, 3)} ({100 * part.share:.0f} % of it)"
+
+
+def listed(parts: Sequence[str]) -> str:
+    """Return parts joined as in a sentence."""
+    return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}" if parts else "nothing"
+
+
+def _described(beyond: Located) -> str:
+    """Return what the best correction says."""
+    best, share = beyond.best, 100 * min(beyond.share, 1.0)
+    return f"{best.kind} at {best.place.label} along {best.axis} accounts for {share:.0f} % of the misfit"

@@ -1,0 +1,69 @@
+"""Does the explainer find what an integrator it shares no code with has concealed, and stay silent where it must?
+
+The thresholds of the explainer were chosen with these cases in sight; tests/proof/validate.py draws others.
+"""
+
+import pytest
+
+from identify.explain import Explanation, explain
+from identify.trace import Step, Trace
+from tests.proof.bench import Run, record
+from tests.proof.cases import CLEAN, LIBRARY, OUTSIDE, PAIRS, Case
+from tests.trials import model_of
+
+SURE = 4.0  # standard deviations: of some thirty parameters none should be further off
+PLACED = {
+    "curved_border": "F", "second_play": "F", "resonance": "G2", "gain_drift": "sense", "rectifying_sensor": "sense",
+}  # fmt: skip
+
+
+def trace_of(run: Run) -> Trace:
+    steps = tuple(Step(s.label, s.kind, s.start, s.stop, s.repeat) for s in run.steps)
+    return Trace(run.name, run.rate_hz, run.u, run.y, start_s=run.start_s, steps=steps)
+
+
+def told(case: Case, *leave_out: str) -> Explanation:
+    runs = record(case)
+    train = [trace_of(run) for run in runs if not run.held_out]
+    test = [trace_of(run) for run in runs if run.held_out]
+    return explain(model_of(case.nominal), train, test, leave_out=leave_out)
+
+
+def name(case: Case) -> str:
+    return case.name
+
+
+@pytest.mark.parametrize("case", CLEAN, ids=name)
+def test_a_clean_rig_is_consistent(case: Case) -> None:
+    found = told(case)
+    assert (found.verdict, found.location, found.effects) == ("consistent", None, ())
+    assert found.held_out.residuals.after_v <= 1.02 * found.noise.rms_v
+
+
+@pytest.mark.parametrize("case", (*LIBRARY, *PAIRS), ids=name)
+def test_concealed_physics_is_named_placed_measured_and_proven(case: Case) -> None:
+    found = told(case)
+    assert found.verdict == "explained"
+    assert sorted((f.id, f.stage) for f in found.effects) == sorted((f.id, f.stage) for f in case.expected)
+    assert found.location is not None
+    assert found.location.stage in {f.stage for f in case.expected}
+    values = {f.id: f.parameters for f in found.effects}
+    for truth in case.expected:
+        for parameter, value in truth.parameters.items():
+            interval = values[truth.id][parameter][0]
+            sd = (interval.high - interval.low) / (2 * 1.96)
+            assert abs(interval.value - value) < SURE * sd, (truth.id, parameter, value, interval)
+    held = found.held_out.residuals
+    assert held.after_v <= 1.1 * found.noise.rms_v < held.before_v
+
+
+@pytest.mark.parametrize("case", OUTSIDE, ids=name)
+def test_physics_outside_the_library_is_proven_and_located_but_not_named(case: Case) -> None:
+    found = told(case)
+    assert found.verdict == "unexplained"
+    assert {f.id for f in found.effects} <= {"unnamed"}
+    assert found.p_value < 1e-6
+    assert found.location is not None
+    assert found.remaining.stage == found.location.stage
+    if case.name in PLACED:
+        assert [(f.id, f.stage) for f in found.effects] == [("unnamed", PLACED[case.name])]
