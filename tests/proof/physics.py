@@ -54,7 +54,7 @@ def ideal_play(v: Array, scene: Scene) -> Array:
 
 
 def saturation(w: Array, scene: Scene) -> Array:
-    """Clip w to [lower, upper] behind the play."""
+    """Clip to [lower, upper]: w behind the play, or the readings."""
     return np.clip(w, scene.values["lower"], scene.values["upper"])
 
 
@@ -104,6 +104,14 @@ def second_play(v: Array, scene: Scene) -> Array:
     rig, wider, weight = scene.rig, scene.values["wider"], scene.values["weight"]
     second = play(rig.s_l * (v - wider * rig.d_l_v), rig.s_u * (v - wider * rig.d_u_v), 0.0, 1.0, 0.0)
     return (1.0 - weight) * ideal_play(v, scene) + weight * second
+
+
+def rate_dependent_gap(v: Array, scene: Scene) -> Array:
+    """Widen the gap with speed: contact on either side is made k |dv/dt| later."""
+    speed = np.abs(np.gradient(v, scene.grid.step_s))
+    lower, upper = borders(v, scene.rig)
+    widened = scene.values["k"] * speed
+    return play(lower - scene.rig.s_l * widened, upper + scene.rig.s_u * widened, 0.0, 1.0, 0.0)
 
 
 def slew_limit(w: Array, scene: Scene) -> Array:
@@ -178,6 +186,11 @@ def rectifying_sensor(y: Array, scene: Scene) -> Array:
     return (1.0 - lost) * y + lost * np.abs(y)
 
 
+def adc_nonlinearity(y: Array, scene: Scene) -> Array:
+    """Bend the readings: y' = y + k2 y^2 + k3 y^3."""
+    return y + scene.values["k2"] * y**2 + scene.values["k3"] * y**3
+
+
 def ac_coupling(x: Array, scene: Scene) -> Array:
     """Pass x through s/(s + 1/tau), settled before the run."""
     return x - _lag(x, scene.values["tau"], scene)
@@ -198,6 +211,7 @@ WHERE: dict[str, tuple[Place, Change]] = {
     "bias current": ("play", bias_current),
     "curved_border": ("play", curved_border),
     "second_play": ("play", second_play),
+    "rate_dependent_gap": ("play", rate_dependent_gap),
     "saturation": ("w", saturation),
     "soft_saturation": ("w", soft_saturation),
     "soft_saturation, upper": ("w", soft_saturation_upper),
@@ -212,5 +226,7 @@ WHERE: dict[str, tuple[Place, Change]] = {
     "gain_drift": ("y", gain_drift),
     "rectifying_sensor": ("y", rectifying_sensor),
     "offset_drift": ("y", offset_drift),
+    "adc_nonlinearity": ("y", adc_nonlinearity),
+    "adc_clipping": ("y", saturation),
     "hum at sense": ("y", hum_at_y),
 }
