@@ -9,7 +9,8 @@ import numpy as np
 from identify.chain import Chain, simulate, source_voltage
 from identify.trace import Array, Mask, Trace
 
-FINEST = 16
+FINEST = 32  # instants to a sample, at most
+LARGEST = 1 << 24  # instants of a run, at most: bounds memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,17 +52,16 @@ def pooled_rms(parts: Sequence[Array]) -> float:
 
 
 def refined(observation: Observation, chain: Chain) -> Observation:
-    """Return the observation on a grid so fine that the error of stepping cannot be seen in its noise.
+    """Return the observation on the coarsest grid whose stepping error cannot be seen in its noise.
 
-    The difference between one grid and the next finer one, summed over the run as a matched test would, stays below
-    one standard deviation; the error falls at least twofold a halving, so the finer grid's own is smaller still.
+    The difference to the finest grid, summed over the run as a matched test would, stays below one standard deviation.
     """
-    current = simulate(chain, observation.trace, observation.substeps)
+    finest = min(FINEST, 1 << max(int(np.log2(LARGEST / observation.trace.size)), 1))
+    reference = simulate(chain, observation.trace, finest)
     substeps = observation.substeps
-    while substeps < FINEST:
-        finer = simulate(chain, observation.trace, 2 * substeps)
-        energy = float(np.sum(np.square((finer - current)[observation.use]))) / observation.noise_v**2
-        if energy < 1.0:
+    while substeps < finest:
+        error = (simulate(chain, observation.trace, substeps) - reference)[observation.use]
+        if float(error @ error) < observation.noise_v**2:
             break
-        current, substeps = finer, 2 * substeps
+        substeps *= 2
     return observation if substeps == observation.substeps else replace(observation, substeps=substeps)

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
 UPPER = Parameter("saturation.upper", "V")
 LOWER = Parameter("saturation.lower", "V")
+DEPTHS = np.geomspace(3e-4, 0.7, 24)  # of the range of w, cut off: a rail may only just be met
 
 
 @final
@@ -53,6 +54,6 @@ class Saturation(Effect):
         best: dict[str, float] = {}
         for name, end in (("upper", high), ("lower", low)):
             if self.form in ("both", name):
-                levels = [share * end for share in np.linspace(0.3, 0.99, 24)] if end else []
+                levels = [(1.0 - depth) * end for depth in DEPTHS] if end else []
                 best = evidence.best(self, [{**best, name: level} for level in levels]) or best
         return [best] if len(best) == len(self.parameters()) else []

@@ -29,7 +29,8 @@ def explain(
 ) -> Explanation:
     """Return where simulation and recordings differ, what physics was left out, the better model, and the proof.
 
-    ``leave_out`` lists ids of the catalogue that are not tried. Raises ValueError with one sentence when the recordings cannot be used.
+    ``leave_out`` lists ids of the catalogue that are not tried. Raises ValueError with one sentence when the recordings
+    cannot be used.
     """
     with threadpool_limits(1, "blas"):  # the matrices are small: threads only wait for each other
         return _explained(model, split(model, traces, hold_out), progress or _silent, leave_out)

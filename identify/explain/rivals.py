@@ -15,7 +15,6 @@ TRIALS = 15  # blind trials of single and paired effects named right, of as many
 CEILING = (TRIALS + 1) / (TRIALS + 2)
 MENTIONED = 0.01  # an alternative less likely than this is excluded
 MOST = 3
-HOPELESS = -1000.0  # of the criterion: an effect this far behind when it was tried is not tried again
 
 
 def odds(bench: Bench, final: Hypothesis, effect: Effect, rounds: list[Round]) -> tuple[float, tuple[Alternative, ...]]:
@@ -23,7 +22,7 @@ def odds(bench: Bench, final: Hypothesis, effect: Effect, rounds: list[Round]) -
     weights: dict[tuple[str, str], float] = {}
     for rival in _rivals(final, effect, rounds):
         other = rival.effects[-1]
-        weight = exp(min(0.5 * _swapped(bench, final, effect, rival).advantage(final), 0.0))
+        weight = exp(min(0.5 * bench.swapped(final, effect, rival).advantage(final), 0.0))
         key = (other.id, other.place.label)
         weights[key] = max(weights.get(key, 0.0), weight)
     total = 1.0 + sum(weights.values())
@@ -33,23 +32,16 @@ def odds(bench: Bench, final: Hypothesis, effect: Effect, rounds: list[Round]) -
 
 
 def _rivals(final: Hypothesis, effect: Effect, rounds: list[Round]) -> list[Hypothesis]:
-    """Return what was fitted in the round that chose ``effect`` and was not hopelessly behind it."""
+    """Return what came close in the round that chose ``effect`` or what it was exchanged for."""
     taken = {_kind(e) for e in final.effects}
-    found: list[Hypothesis] = []
     for step in rounds:
-        if step.best is not None and _kind(step.best.effects[-1]) == _kind(effect):
-            others = [h for h in step.tried if _kind(h.effects[-1]) not in taken]
-            found += [h for h in others if h.advantage(step.best) > HOPELESS]
-    return found
+        kinds = [_kind(e) for e in step.best.effects] if step.best else []
+        if _kind(effect) in kinds:
+            close = rounds[kinds.index(_kind(effect))].close
+            return [h for h in close if _kind(h.effects[-1]) not in taken]
+    return []
 
 
 def _kind(effect: Effect) -> tuple[str, Place]:
     """Return what an effect is and where, whatever its form."""
     return effect.id, effect.place
-
-
-def _swapped(bench: Bench, final: Hypothesis, effect: Effect, rival: Hypothesis) -> Hypothesis:
-    """Fit the final hypothesis with one effect replaced by what a rival has in its place."""
-    effects = tuple(rival.effects[-1] if e is effect else e for e in final.effects)
-    values = {**final.fit.chain.values, **rival.fit.chain.values}
-    return bench.fitted(bench.with_effects(effects, values), effects)

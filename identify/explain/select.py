@@ -21,6 +21,7 @@ MOST_EFFECTS = 4
 FITTED_A_ROUND = 5
 PROMISING = 0.2  # share of the best promise below which a candidate is not fitted
 WORTH = 0.2  # share of the remaining misfit an effect must explain: less is what any wrong effect absorbs
+HOPELESS = -1000.0  # of the criterion: an effect this far behind when it was tried is not tried again
 NOISE_KNOWN = 0.01  # how well the noise's variance is known; misfit below this is not told from noise
 ITERATIONS = 40
 TURNS = 4  # times phases are looked for anew once the rest has moved
@@ -130,6 +131,24 @@ class Bench:
             self.known[rest] = self.fitted(self.with_effects(rest, hypothesis.fit.chain.values), rest)
         return self.known[rest]
 
+    def swapped(self, hypothesis: Hypothesis, effect: Effect, rival: Hypothesis) -> Hypothesis:
+        """Fit ``hypothesis`` with one effect replaced by the last one of a rival."""
+        effects = tuple(rival.effects[-1] if e is effect else e for e in hypothesis.effects)
+        values = {**hypothesis.fit.chain.values, **rival.fit.chain.values}
+        return self.fitted(self.with_effects(effects, values), effects)
+
+    def settled(self, hypothesis: Hypothesis, rounds: Sequence["Round"]) -> Hypothesis:
+        """Exchange single effects for what came close when they were chosen, where that pays.
+
+        An effect chosen first also had to cover for those found after it; beside them another law may do better.
+        """
+        for number, effect in enumerate(hypothesis.effects[:-1]):
+            rest = {e.id for e in hypothesis.effects if e is not effect}
+            rivals = [r for r in rounds[number].close if r.effects[-1].id not in rest]
+            options = [self.swapped(hypothesis, effect, r) for r in rivals if r.effects[-1] != effect]
+            hypothesis = max([hypothesis, *options], key=lambda h: h.advantage(hypothesis))
+        return hypothesis
+
 
 @dataclass(frozen=True)
 class Round:
@@ -138,11 +157,17 @@ class Round:
     base: Hypothesis
     screened: tuple[Candidate, ...]
     tried: tuple[Hypothesis, ...]
+    settled: Hypothesis | None = None  # the winner, once the effects before it were looked at again beside it
+
+    @property
+    def close(self) -> tuple[Hypothesis, ...]:
+        """Return what was not hopelessly behind the winner."""
+        return tuple(h for h in self.tried if h.advantage(self.tried[0]) > HOPELESS)
 
     @property
     def best(self) -> Hypothesis | None:
         """Return the hypothesis that wins the round, None when none pays for itself or is worth naming."""
-        winner = self.tried[0] if self.tried else None
+        winner = self.settled or (self.tried[0] if self.tried else None)
         if winner is None or winner.advantage(self.base) <= 0.0:
             return None
         return winner if winner.share(self.base) > WORTH else None
@@ -161,6 +186,7 @@ def selected(bench: Bench, start: Hypothesis, note: Note) -> tuple[Bench, Hypoth
         rounds.append(this)
         if this.best is None:
             break
+        this = rounds[-1] = replace(this, settled=bench.settled(this.best, rounds))
         finer = bench.refined(this.best.fit.chain)
         best = this.best if finer is bench else finer.fitted(this.best.fit.chain, this.best.effects)
         bench = finer

@@ -40,7 +40,7 @@ def test_a_clean_rig_is_consistent(case: Case) -> None:
     assert found.held_out.residuals.after_v <= 1.02 * found.noise.rms_v
 
 
-@pytest.mark.parametrize("case", (*LIBRARY, *PAIRS), ids=name)
+@pytest.mark.parametrize("case", [*LIBRARY, *PAIRS], ids=name)
 def test_concealed_physics_is_named_placed_measured_and_proven(case: Case) -> None:
     found = told(case)
     assert found.verdict == "explained"
