@@ -183,10 +183,11 @@ def selected(bench: Bench, start: Hypothesis, note: Note) -> tuple[Bench, Hypoth
     for number in range(MOST_EFFECTS):
         note(f"trying effects, round {number + 1}", 0.15 + 0.15 * number)
         this = bench.round(best)
+        if this.best is not None:
+            this = replace(this, settled=bench.settled(this.best, [*rounds, this]))
         rounds.append(this)
         if this.best is None:
             break
-        this = rounds[-1] = replace(this, settled=bench.settled(this.best, rounds))
         finer = bench.refined(this.best.fit.chain)
         best = this.best if finer is bench else finer.fitted(this.best.fit.chain, this.best.effects)
         bench = finer

@@ -1,0 +1,65 @@
+"""Are effects chosen early looked at again once those found after them are known?"""
+
+import pytest
+
+from identify.effects import catalogue, chain_of
+from identify.effects.effect import Effect
+from identify.explain.rivals import odds
+from identify.explain.select import Bench, Hypothesis, Round
+from identify.stage import Place
+from tests.proof.cases import Concealed
+from tests.proof.rigs import OP_AMP
+from tests.proof.stimuli import FIG13_LEVELS_V, staircase
+from tests.trials import model_of, observed, recorded
+
+NOISE_V = 0.010
+TRUTH = {"saturation.lower": -16.3, "feedthrough.k": 0.011}
+RAIL = catalogue()["saturation"](Place.F, "lower")
+DIODE = catalogue()["soft_saturation"](Place.F, "diode lower")
+BYPASS = catalogue()["feedthrough"](Place.SENSE)
+KNEE = {"soft_saturation.level": 16.3, "soft_saturation.knee": 0.01, "soft_saturation.slope": 0.0}
+
+
+@pytest.fixture(scope="module")
+def bench() -> Bench:
+    """Return a bench with a recording in which a rail and a feedthrough are concealed."""
+    concealed = (
+        Concealed("saturation", {"upper": float("inf"), "lower": -16.3}),
+        Concealed("feedthrough", {"k": 0.011}),
+    )
+    walk = staircase("walk", FIG13_LEVELS_V, 0.02)
+    observation = observed(recorded(OP_AMP, walk, concealed, NOISE_V, seed=7), NOISE_V)
+    return Bench(chain_of(model_of(OP_AMP)), (observation,), (), tuple(catalogue().values()))
+
+
+def fitted(bench: Bench, *effects: Effect) -> Hypothesis:
+    """Return a set of effects fitted from near the truth."""
+    return bench.fitted(bench.with_effects(effects, TRUTH | KNEE), effects)
+
+
+@pytest.fixture(scope="module")
+def rounds(bench: Bench) -> list[Round]:
+    """Return a first round won by the knee of a diode, ahead of the rail that is there."""
+    return [Round(bench.fitted(bench.plain, ()), (), (fitted(bench, DIODE), fitted(bench, RAIL)))]
+
+
+def test_an_effect_is_exchanged_when_another_does_better_beside_those_found_later(bench, rounds):
+    chosen = fitted(bench, DIODE, BYPASS)
+    settled = bench.settled(chosen, rounds)
+    assert settled.effects == (RAIL, BYPASS)
+    assert settled.advantage(chosen) > 0.0
+    assert settled.fit.chain.values["saturation.lower"] == pytest.approx(-16.3, abs=0.02)
+
+
+def test_an_effect_that_does_best_stays(bench, rounds):
+    chosen = fitted(bench, RAIL, BYPASS)
+    assert bench.settled(chosen, rounds) is chosen
+
+
+def test_what_an_effect_was_exchanged_for_is_among_its_rivals(bench, rounds):
+    final = fitted(bench, RAIL, BYPASS)
+    second = Round(rounds[0].tried[0], (), (fitted(bench, DIODE, BYPASS),), settled=final)
+    probability, others = odds(bench, final, RAIL, [*rounds, second])
+    assert second.best is final
+    assert probability > 0.5
+    assert all((other.id, other.probability < 0.5) == ("soft_saturation", True) for other in others)
