@@ -148,6 +148,18 @@ class Evidence:
         gains = [self.gain(effect, values) for values in options]
         return dict(options[int(np.argmax(gains))])
 
+    def proportion(self, effect: Effect, name: str, size: float) -> dict[str, float]:
+        """Return the value of ``name`` that gains most where the answer changes in proportion to it; empty if none.
+
+        ``size`` is any value at which the change is well above rounding.
+        """
+        if not effect.applicable(self.chain):
+            return {}
+        change = self.change(effect.put_in(self.chain, {name: size}))
+        free = self.without_plain(change[None, :])[0]
+        energy = float(change @ free)
+        return {name: size * float(self.residual @ free) / energy} if energy > 0.0 else {}
+
     def mains_lines(self, mains_hz: float, harmonics: Sequence[int], place: Place) -> dict[str, float]:
         """Return the waveform of the mains at ``place`` that explains the residual best, by Hum's short names.
 

@@ -74,6 +74,10 @@ class Effect(Stage):
         """Return ``chain`` with this effect in it; ``values`` by short name."""
         return chain.with_stage(self, self.named(values)).crediting(self)
 
+    def upright(self, chain: Chain) -> Chain:
+        """Return ``chain`` with this effect's values in their one form, where several say the same; itself if so."""
+        return chain
+
     @abstractmethod
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the values, by short name, from which a search may begin; empty when nothing speaks for the effect."""

@@ -39,5 +39,5 @@ class Feedthrough(Effect):
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the share that explains most; the problem is linear in it."""
-        best = evidence.best(self, [{"k": sign * size} for size in (1e-3, 1e-2, 1e-1) for sign in (1.0, -1.0)])
+        best = evidence.proportion(self, "k", 1e-2)
         return [best] if best else []

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, ClassVar, final
 import numpy as np
 
 from identify import kernels
+from identify.chain import Chain
 from identify.effects.effect import Confusion, Effect
 from identify.stage import Block, Grid, Parameter, Place, Run, Shape, Values
 from identify.trace import Array
@@ -60,6 +61,18 @@ class Hum(Effect):
             return out
 
         return run, shape
+
+    def upright(self, chain: Chain) -> Chain:
+        """Return ``chain`` with no amplitude below zero: a line upside down is one half a turn away."""
+        values = dict(chain.values)
+        for name in ("amplitude", "third", "fifth"):
+            if values[f"hum.{name}"] < 0.0:
+                values[f"hum.{name}"] *= -1.0
+                turned = {"amplitude": ("phase", "third_phase", "fifth_phase")}.get(name, (f"{name}_phase",))
+                for key in values:
+                    if key.partition("[")[0] in {f"hum.{angle}" for angle in turned}:
+                        values[key] += np.pi
+        return chain.with_values(values) if values != chain.values else chain
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the lines of the residual; at v they stand where the plain path would have passed them on."""

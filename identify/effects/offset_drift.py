@@ -37,5 +37,5 @@ class OffsetDrift(Effect):
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the rate that explains most; the problem is linear in it."""
-        best = evidence.best(self, [{"rate": sign * size} for size in (1e-4, 1e-3, 1e-2) for sign in (1.0, -1.0)])
+        best = evidence.proportion(self, "rate", 1e-3)
         return [best] if best else []

@@ -57,15 +57,15 @@ class SoftSaturation(Effect):
         return memoryless(lambda w: np.where(sign * w > 0.0, _tanh(w, *values), w), shape)
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
-        """Return the levels, tried from a third to three times the range of w, that explain most."""
+        """Return the levels, tried from a tenth of the range of w upwards, that explain most."""
         low, high = evidence.range(Place.F)
         top = max(-low, high) if self.form.endswith("both") else high if self.form.endswith("upper") else -low
         if top <= 0.0:
             return []
-        levels = [top * share for share in np.geomspace(0.1, 4.0, 14)]
         if self.form.startswith("tanh"):
-            tried = [{"level": level} for level in levels]
+            tried = [{"level": top * share} for share in np.geomspace(0.1, 30.0, 22)]
         else:
+            levels = [top * share for share in np.geomspace(0.1, 4.0, 14)]
             tried = [{"level": a, "knee": share * top, "slope": 0.3} for a in levels for share in (0.03, 0.1, 0.3)]
         best = evidence.best(self, tried)
         return [best] if best else []

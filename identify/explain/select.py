@@ -108,7 +108,7 @@ class Bench:
         effects = (*base.effects, candidate.effect)
         found = self.fitted(chain, effects)
         for _ in range(TURNS):
-            turned = scanned(found.fit.chain, self.observations)
+            turned = scanned(candidate.effect.upright(found.fit.chain), self.observations)
             if turned is found.fit.chain:
                 break
             found = self.fitted(turned, effects)

@@ -225,3 +225,14 @@ def test_the_catalogue_is_a_plug_in_point(monkeypatch):
         assert catalogue() == {"saturation": Saturation}
     finally:
         catalogue.cache_clear()
+
+
+def test_hum_with_negative_amplitudes_is_told_upright_and_plays_the_same():
+    hum = effect_of(Physics("hum", {}, "sense"))
+    values = {"frequency": 50.0, "amplitude": -0.3, "third": -0.1, "fifth": 0.05, "third_phase": 0.4, "phase": 1.1}
+    chain = hum.put_in(chain_of(model_of(OP_AMP)), {**values, "phase[sine]": 0.7})
+    upright = hum.upright(chain)
+    assert all(upright.values[f"hum.{name}"] >= 0.0 for name in ("amplitude", "third", "fifth"))
+    trace = Trace("sine", SINE.rate_hz, SINE.u, np.zeros(SINE.u.size))
+    assert np.allclose(simulate(upright, trace), simulate(chain, trace), rtol=0, atol=1e-12)
+    assert hum.upright(upright) is upright

@@ -115,3 +115,34 @@ def test_residual_is_joined_over_runs_and_in_units_of_the_noise(clean):
     assert np.allclose(clean.residual, expected, rtol=0, atol=1e-9)
     assert [int(mask.sum()) for mask in clean.masks] == [o.count for o in clean.observations]
     assert np.std(clean.residual) == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.parametrize("size", [1e-5, 1e-3, 0.3])
+def test_what_is_proportional_is_solved_whatever_size_it_is_tried_with(drifting, size):
+    effect = catalogue()["offset_drift"](Place.SENSE)
+    start = drifting.proportion(effect, "rate", size)
+    assert start["rate"] == pytest.approx(0.013, rel=0.02)
+    beside = [drifting.gain(effect, {"rate": start["rate"] * factor}) for factor in (0.9, 1.1)]
+    assert drifting.gain(effect, start) > max(beside)
+
+
+@pytest.mark.parametrize("form", ["tanh both", "tanh upper", "tanh lower"])
+def test_a_weak_compression_has_a_start_that_gains(form):
+    level = 150.0  # nine times the range of w
+    w = "soft_saturation, upper" if form == "tanh upper" else "soft_saturation"
+    seen = evidence_of(Concealed(w, {"level": level}))
+    effect = catalogue()["soft_saturation"](Place.F, form)
+    (start,) = effect.starts(seen)
+    assert seen.gain(effect, start) > 0.0
+    if form != "tanh lower":
+        assert start["level"] == pytest.approx(level, rel=0.3)
+
+
+@pytest.mark.parametrize("depth", [2e-3, 8e-3, 0.1])
+def test_a_rail_that_is_only_just_met_has_a_start_that_gains(clean, depth):
+    upper = clean.range(Place.F)[1] * (1.0 - depth)
+    seen = evidence_of(Concealed("saturation", {"upper": upper, "lower": float("-inf")}))
+    effect = catalogue()["saturation"](Place.F, "upper")
+    (start,) = effect.starts(seen)
+    assert seen.gain(effect, start) > 0.0
+    assert start["upper"] == pytest.approx(upper, rel=0.05)
