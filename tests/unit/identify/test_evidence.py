@@ -139,10 +139,11 @@ def test_a_weak_compression_has_a_start_that_gains(form):
 
 
 @pytest.mark.parametrize("depth", [2e-3, 8e-3, 0.1])
-def test_a_rail_that_is_only_just_met_has_a_start_that_gains(clean, depth):
+def test_a_rail_that_is_only_just_met_has_a_start_that_leads_to_it(clean, depth):
     upper = clean.range(Place.F)[1] * (1.0 - depth)
     seen = evidence_of(Concealed("saturation", {"upper": upper, "lower": float("-inf")}))
     effect = catalogue()["saturation"](Place.F, "upper")
     (start,) = effect.starts(seen)
     assert seen.gain(effect, start) > 0.0
-    assert start["upper"] == pytest.approx(upper, rel=0.05)
+    found = fit(effect.put_in(seen.chain, start), seen.observations)
+    assert found.chain.values["saturation.upper"] == pytest.approx(upper, rel=2e-3)
