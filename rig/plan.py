@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from identify.trace import Step
 from rig.errors import MisfitError, RefusedError
 from rig.linearblock import settling_time_s
 from rig.protocol import Limits, Protocol, ProtocolStep
@@ -21,22 +22,11 @@ from rig.stimuli import Array, is_whole
 from rig.stimulus import MAX_SAMPLES, Drawn, Setting
 from rig.yamlfile import parse_yaml
 
-__all__ = ["Limits", "Plan", "PlannedStep", "plan", "whole_rate_hz"]
+__all__ = ["Limits", "Plan", "plan", "whole_rate_hz"]
 
 LEVEL_SLACK = 1e-9
 """Relative; rounding on the way from text to samples."""
 HEADER_BYTES = 65_536
-
-
-@dataclass(frozen=True)
-class PlannedStep:
-    """Samples [start, stop) of one stimulus; equal labels with different ``repeat`` are the same samples again."""
-
-    label: str
-    kind: str
-    start: int
-    stop: int
-    repeat: int = 0
 
 
 @dataclass(frozen=True)
@@ -49,7 +39,7 @@ class Plan:
     title: str
     u: Array
     rate_hz: float
-    steps: tuple[PlannedStep, ...]
+    steps: tuple[Step, ...]
     limits: Limits
     safe_level_v: float = 0.0
     ramp_s: float = 0.1
@@ -208,7 +198,7 @@ def _place(protocol: Protocol, key: str) -> str:
     return parse_yaml(protocol.text, protocol.path).at(key)
 
 
-def _planned(protocol: Protocol, drawn: list[Drawn], order: list[int]) -> tuple[PlannedStep, ...]:
+def _planned(protocol: Protocol, drawn: list[Drawn], order: list[int]) -> tuple[Step, ...]:
     """Return the passes as they follow each other; those with one label are numbered."""
     _check_labels(protocol, drawn)
     edges = np.cumsum([0, *(drawn[index].u.size for index in order)])
@@ -216,7 +206,7 @@ def _planned(protocol: Protocol, drawn: list[Drawn], order: list[int]) -> tuple[
     planned = []
     for index, (start, stop) in zip(order, pairwise(edges), strict=True):
         step = protocol.steps[index]
-        planned.append(PlannedStep(step.label, step.stimulus.kind, int(start), int(stop), seen[step.label]))
+        planned.append(Step(step.label, step.stimulus.kind, int(start), int(stop), seen[step.label]))
         seen[step.label] += 1
     return tuple(planned)
 

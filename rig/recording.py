@@ -12,12 +12,12 @@ from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
-from typing import Protocol, Self
+from typing import Self
 
 import h5py
 import numpy as np
 
-from identify.trace import Array, Step
+from identify.trace import Array
 from rig.errors import FileError
 from rig.plan import Plan
 from rig.provenance import git_commit, now, software
@@ -107,19 +107,6 @@ def _free(path: str | Path, overwrite: bool) -> Path:
     return path
 
 
-class EventLike(Protocol):
-    """What ``Writer.finish`` needs to know of an event."""
-
-    @property
-    def kind(self) -> str: ...
-    @property
-    def text(self) -> str: ...
-    @property
-    def start(self) -> int: ...
-    @property
-    def stop(self) -> int: ...
-
-
 class Writer:
     """Records one run into the file at ``path`` while it goes on; the space is reserved before anything is played."""
 
@@ -152,12 +139,12 @@ class Writer:
         self._file.flush()
         self._position = stop
 
-    def finish(self, complete: bool, reason: str, events: Iterable[EventLike] = ()) -> Recording:
+    def finish(self, complete: bool, reason: str, events: Iterable[Event] = ()) -> Recording:
         """Close the run and return it; ``lost`` events without samples after them are entered in the ledger.
 
         Raises FileError when the finished file cannot be written; what was recorded stays readable.
         """
-        happened = tuple(Event(event.kind, event.text, event.start, event.stop) for event in events)
+        happened = tuple(events)
         ledger, y = self._ledger[:], self._y[:]
         self.close()
         for event in happened:
@@ -191,7 +178,7 @@ def _begun(path: Path, plan: Plan, equipment: Equipment, u: Array) -> Recording:
         ledger=np.full(u.size, Entry.NOT_RECEIVED, dtype=np.uint8), origin=origin, title=plan.title,
         question=plan.question, protocol_text=plan.protocol_text, rig_text=plan.rig_text, complete=False,
         reason="the program ended before the run did",
-        steps=tuple(Step(s.label, s.kind, s.start, s.stop, s.repeat) for s in plan.steps),
+        steps=plan.steps,
     )
 
 

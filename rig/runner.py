@@ -17,6 +17,7 @@ from typing import Protocol
 from rig.device import Array, Block, Device, Flag
 from rig.errors import DeviceError, IncompleteError, RigError
 from rig.plan import Plan
+from rig.recorded import Event
 
 log = logging.getLogger(__name__)
 Progress = Callable[[int, int], None]
@@ -32,16 +33,6 @@ class Sink(Protocol):
 
     def append(self, start: int, y: Array) -> None:
         """Store ``y`` (V) as the samples from index ``start`` on."""
-
-
-@dataclass(frozen=True)
-class Event:
-    """Something that happened in a run: samples [start, stop) it concerns, equal when it is a moment."""
-
-    kind: str
-    text: str
-    start: int
-    stop: int
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from identify.trace import Step
 from rig.errors import RigError
-from rig.plan import Limits, Plan, PlannedStep
+from rig.plan import Limits, Plan
 from rig.recording import Equipment, Writer
 from rig.registry import connect
 from rig.runner import Outcome, run
@@ -14,7 +15,7 @@ from rig.runner import Outcome, run
 
 def long_plan(size: int = 200_000, rate_hz: float = 10_000.0) -> Plan:
     """Return a plan at 5 V of ``size`` samples, its safe level 1 V, its ramp 0.3 s."""
-    return Plan("a long hold", np.full(size, 5.0), rate_hz, (PlannedStep("hold", "hold", 0, size),),
+    return Plan("a long hold", np.full(size, 5.0), rate_hz, (Step("hold", "hold", 0, size),),
                 Limits(-10.0, 10.0, None), safe_level_v=1.0, ramp_s=0.3)
 
 

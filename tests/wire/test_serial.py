@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 from drivers.emulators.faults import Faults
+from identify.trace import Step
 from rig.device import Block, Device, Flag
 from rig.errors import DeviceError, IncompleteError
-from rig.plan import Limits, Plan, PlannedStep
+from rig.plan import Limits, Plan
 from rig.recording import Entry, read
 from rig.registry import connect
 from tests.rigs import GAIN, QUIET
@@ -29,7 +30,7 @@ def waves(size: int) -> np.ndarray:
 
 
 def plan_of(u: np.ndarray, rate_hz: float) -> Plan:
-    return Plan("a run", u, rate_hz, (PlannedStep("all", "table", 0, u.size),), LIMITS, 1.0, 0.1)
+    return Plan("a run", u, rate_hz, (Step("all", "table", 0, u.size),), LIMITS, 1.0, 0.1)
 
 
 def tripled(device: Device, u: np.ndarray) -> np.ndarray:

@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from identify.trace import Step
 from rig.errors import RefusedError
-from rig.plan import Plan, PlannedStep, plan, whole_rate_hz
+from rig.plan import Plan, plan, whole_rate_hz
 from rig.protocol import Limits, parse_protocol
 
 HEAD = """\
@@ -33,10 +34,10 @@ def test_steps_follow_each_other_and_repeats_are_numbered() -> None:
     made = planned("  - {label: a, repeats: 2, hold: {level: 1 V, time: 1 ms}}\n  - hold: {level: 2 V, time: 2 ms}\n",
                    HEAD + "repeats: 2\n")
     assert made.steps == (
-        PlannedStep("a", "hold", 0, 10, 0), PlannedStep("a", "hold", 10, 20, 1),
-        PlannedStep("hold 2 V for 0.002 s", "hold", 20, 40, 0),
-        PlannedStep("a", "hold", 40, 50, 2), PlannedStep("a", "hold", 50, 60, 3),
-        PlannedStep("hold 2 V for 0.002 s", "hold", 60, 80, 1),
+        Step("a", "hold", 0, 10, 0), Step("a", "hold", 10, 20, 1),
+        Step("hold 2 V for 0.002 s", "hold", 20, 40, 0),
+        Step("a", "hold", 40, 50, 2), Step("a", "hold", 50, 60, 3),
+        Step("hold 2 V for 0.002 s", "hold", 60, 80, 1),
     )
     assert made.u.tolist() == [1.0] * 20 + [2.0] * 20 + [1.0] * 20 + [2.0] * 20
 

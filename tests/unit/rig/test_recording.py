@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from identify.trace import Step
 from rig.errors import FileError
-from rig.plan import Plan, PlannedStep
+from rig.plan import Plan
 from rig.protocol import Limits
 from rig.recording import Entry, Equipment, Event, Origin, Recording, Writer, read, write
 
@@ -24,7 +24,7 @@ EQUIPMENT = Equipment("loopback:", "loopback", "op-amp", "1", {"rate": "1000 Hz"
 
 def a_plan(size: int = 40) -> Plan:
     half = size // 2
-    steps = (PlannedStep("Größe", "hold", 0, half), PlannedStep("sine", "sine", half, size, 1))
+    steps = (Step("Größe", "hold", 0, half), Step("sine", "sine", half, size, 1))
     return Plan("a run", np.linspace(-1.0, 1.0, size), 1000.0, steps, Limits(-1.0, 1.0), protocol_text="spec: 1\n# µ\n",
                 question="why?", rig_text="spec: 1\nrig: x\n")
 

@@ -8,9 +8,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from identify.trace import Step
 from rig.device import Array, Block, Flag
 from rig.errors import DeviceError, IncompleteError, RefusedError, RigError
-from rig.plan import Limits, Plan, PlannedStep
+from rig.plan import Limits, Plan
 from rig.runner import Outcome, run
 from tests.unit.rig.devices import ScriptedDevice, following, skipping
 
@@ -36,7 +37,7 @@ def device() -> ScriptedDevice:
 
 
 def plan(peak_v: float = 4.0) -> Plan:
-    return Plan("a ramp", np.linspace(0.0, peak_v, SIZE), 1000.0, (PlannedStep("all", "table", 0, SIZE),),
+    return Plan("a ramp", np.linspace(0.0, peak_v, SIZE), 1000.0, (Step("all", "table", 0, SIZE),),
                 Limits(-5.0, 5.0, None), 1.0, 0.2)
 
 
