@@ -22,6 +22,7 @@ from identify.trace import Array
 
 Matrix = NDArray[np.float64]
 LINES = ("amplitude", "third", "fifth")
+AT_BOUND = 1e-6
 SUBSTEPS = 1  # candidates are compared on the samples' own grid: the comparison needs no finer one
 
 
@@ -86,9 +87,15 @@ class Evidence:
 
     @cached_property
     def slopes(self) -> Matrix:
-        """Return the change of the answer per search coordinate, in units of the noise, shape (p, n)."""
+        """Return the change of the answer per search coordinate, in units of the noise, shape (p, n).
+
+        A coordinate the fit has pushed to its bound cannot mimic anything more: its row is zero.
+        """
         rows = []
         for i, c in enumerate(self.fitted.coordinates):
+            if abs(float(self.fitted.theta[i])) > (1.0 - AT_BOUND) * c.bound:
+                rows.append(np.zeros(self.residual.size))
+                continue
             moved = self.chain.with_values({c.name: c.value(float(self.fitted.theta[i]) + DIFFERENCE)})
             rows.append((self._simulated(moved) - self._answer) / DIFFERENCE)
         return np.array(rows).reshape(len(rows), self.residual.size)

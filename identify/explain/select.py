@@ -102,6 +102,18 @@ class Bench:
         tried = [self.extended(base, candidate) for candidate in promising(screened, base, len(self.observations))]
         return Round(base, tuple(screened), tuple(sorted(tried, key=lambda h: -h.advantage(base))))
 
+    def decided(self, this: "Round") -> tuple["Bench", "Round"]:
+        """Compare what came close again, on grids fine enough for all of it; return the bench on these grids, too."""
+        finer = self
+        for rival in this.close:
+            finer = finer.refined(rival.fit.chain)
+        if finer is self:
+            return self, this
+        tried = [finer.fitted(rival.fit.chain, rival.effects) for rival in this.close]
+        base = finer.fitted(this.base.fit.chain, this.base.effects)
+        ranked = sorted(tried, key=lambda h: -h.advantage(base))
+        return finer, replace(this, base=base, tried=(*ranked, *this.tried[len(ranked) :]))
+
     def extended(self, base: Hypothesis, candidate: Candidate) -> Hypothesis:
         """Fit ``base`` with one more effect."""
         chain = scanned(candidate.effect.put_in(base.fit.chain, candidate.values), self.observations)
@@ -182,7 +194,7 @@ def selected(bench: Bench, start: Hypothesis, note: Note) -> tuple[Bench, Hypoth
     best = start
     for number in range(MOST_EFFECTS):
         note(f"trying effects, round {number + 1}", 0.15 + 0.15 * number)
-        this = bench.round(best)
+        bench, this = bench.decided(bench.round(best))
         if this.best is not None:
             this = replace(this, settled=bench.settled(this.best, [*rounds, this]))
         rounds.append(this)

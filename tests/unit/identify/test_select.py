@@ -8,9 +8,9 @@ from identify.explain.rivals import odds
 from identify.explain.select import Bench, Hypothesis, Round
 from identify.stage import Place
 from tests.proof.cases import Concealed
-from tests.proof.rigs import OP_AMP
+from tests.proof.rigs import OP_AMP, RC
 from tests.proof.stimuli import FIG13_LEVELS_V, staircase
-from tests.trials import model_of, observed, recorded
+from tests.trials import model_of, noisy, observed, recorded
 
 NOISE_V = 0.010
 TRUTH = {"saturation.lower": -16.3, "feedthrough.k": 0.011}
@@ -63,3 +63,21 @@ def test_what_an_effect_was_exchanged_for_is_among_its_rivals(bench, rounds):
     assert second.best is final
     assert probability > 0.5
     assert all((other.id, other.probability < 0.5) == ("soft_saturation", True) for other in others)
+
+
+def test_what_came_close_is_compared_on_grids_fine_enough_for_all_of_it():
+    late = recorded(RC, staircase("walk", FIG13_LEVELS_V, 0.02), (Concealed("dead_time", {"delay": 63.4e-6}),))
+    observation = observed(noisy(late, 2e-3, 5), 2e-3, 1)
+    bench = Bench(chain_of(model_of(RC)), (observation,), (), tuple(catalogue().values()))
+    delay, pole = catalogue()["dead_time"](Place.G2), catalogue()["extra_pole"](Place.G2)
+    base = bench.fitted(bench.plain, ())
+    values = {"dead_time.delay": 6e-5, "extra_pole.tau": 6e-5}
+    tried = [bench.fitted(bench.with_effects([e], values), [e]) for e in (pole, delay)]
+    coarse = Round(base, (), tuple(sorted(tried, key=lambda h: -h.advantage(base))))
+    finer, decided = bench.decided(coarse)
+    assert finer.observations[0].substeps > 1
+    assert decided.base.effects == ()
+    assert {h.effects for h in decided.tried} == {(delay,), (pole,)}
+    again = next(h for h in decided.tried if h.effects == (delay,))
+    assert again.chi2 < tried[1].chi2 - 100.0  # a delay bends v between two samples, where a coarse grid does not look
+    assert again.fit.chain.values["dead_time.delay"] == pytest.approx(63.4e-6, rel=0.05)
