@@ -26,6 +26,7 @@ from identify.staircase import borders, staircase
 from identify.trace import Trace
 
 BORDERS = ("S_L", "D_L", "S_U", "D_U")
+FITS = 1.1  # residual over noise up to which a model counts as fitting
 UNSEEN = 0.7  # share of its prior's width above which a parameter was not determined by the data
 
 
@@ -98,7 +99,8 @@ def _answer(
         model=refitted, fit=fit, observations=observations, noise=noise, rms_v=rms_v,
         fit_percent=100.0 * (1.0 - rms_v / spread_v) if spread_v > 0.0 else 0.0, borders=normalised, own_scale=own,
         g1=points(fit, blocks["G1"], frequencies, wider), g2=points(fit, blocks["G2"], frequencies, wider),
-        staircase=stairs, not_identifiable=unidentifiable(model, fit), warnings=tuple(_warnings(fit, observations)),
+        staircase=stairs, not_identifiable=unidentifiable(model, fit),
+        warnings=(*_misfit(rms_v, noise), *_warnings(fit, observations)),
     )  # fmt: skip
 
 
@@ -140,6 +142,16 @@ def unidentifiable(model: Model, fit: Fit) -> tuple[Unidentifiable, ...]:
             kept = f"the rig file's value {shown(c.centre, c.parameter.unit)} is kept"
             found.append(Unidentifiable(c.name, "no run excites it", kept))
     return tuple(found)
+
+
+def _misfit(rms_v: float, noise: Noise) -> list[str]:
+    """Return a warning when the model does not fit: its values and intervals then mean little."""
+    if rms_v <= FITS * noise.rms_v:
+        return []
+    return [
+        f"the model leaves {rms_v / noise.rms_v:.3g} times the noise: these are the values of a model that does not "
+        "fit; `rig explain` looks for what is missing"
+    ]
 
 
 def _warnings(fit: Fit, observations: Sequence[Observation]) -> list[str]:

@@ -151,7 +151,7 @@ class Answer:
             return None
         after = held_out_rms(with_it, test)
         return Finding(
-            "unnamed", correction.place.label, "", min(1.0, self.beyond.share), {},
+            "unnamed", correction.place.label, "", 1.0 - self.beyond.p_value, {},
             f"a free-form correction along {correction.axis}: {correction.kind}",
             f"{_described(self.beyond)}; on held-out data it lowers the residual from {shown(self.before_v, 'V', 3)} "
             f"to {shown(after, 'V', 3)}. No physics in the catalogue explains this shape.",

@@ -10,6 +10,7 @@ from identify.effects.effect import Effect
 from identify.explain.answer import Answer
 from identify.explain.confirm import CONVINCING, adapted, improvement
 from identify.explain.explanation import Explanation
+from identify.explain.locate import located
 from identify.explain.select import Bench, Hypothesis, selected
 from identify.explain.warrant import Warranted, warranted
 from identify.holdout import Split, split
@@ -84,4 +85,5 @@ def confirmed(
         if improvement(better, worse, test) < CONVINCING:
             hypothesis = without
             dropped.append(effect)
-    return replace(earned, hypothesis=hypothesis), tuple(dropped)
+    beyond = located(bench, hypothesis) if dropped else earned.beyond
+    return Warranted(hypothesis, beyond), tuple(dropped)

@@ -1,0 +1,73 @@
+"""Which data fit, and which are kept back?"""
+
+import numpy as np
+import pytest
+
+from identify.holdout import counted, last_repeats, settling_s, split
+from identify.model import LinearF, Model, Rational
+from identify.trace import Step, Trace
+
+LAG = Rational((1.0,), (0.01, 1.0))
+MODEL = Model("two lags", LAG, LinearF(), Rational((1.0,), (0.02, 1.0)), 0.01)
+RATE_HZ = 1000.0
+
+
+def trace(name: str = "a", size: int = 4000, steps: tuple[Step, ...] = (), **kind: object) -> Trace:
+    u = np.sign(np.sin(2 * np.pi * np.arange(size) / 250))
+    y = np.random.default_rng(size).normal(0.0, 0.01, size)
+    return Trace(name, RATE_HZ, u, y, steps=steps, **kind)  # type: ignore[arg-type]
+
+
+def test_settling_is_that_of_the_slowest_poles_and_the_dead_time() -> None:
+    late = Model("late", Rational((1.0,), (0.01, 1.0), 0.5), LinearF(), Rational((2.0,), (1.0,)))
+    assert settling_s(MODEL) == pytest.approx(0.03 * np.log(1e4))
+    assert settling_s(late) == pytest.approx(0.5 + 0.01 * np.log(1e4))
+
+
+def test_a_block_that_is_not_stable_is_refused_with_its_pole() -> None:
+    with pytest.raises(ValueError, match="not stable: a pole at 100"):
+        settling_s(Model("no", Rational((1.0,), (-0.01, 1.0)), LinearF(), LAG))
+
+
+def test_samples_before_a_rig_in_motion_has_settled_do_not_count() -> None:
+    moving = counted(trace(from_rest=False), MODEL)
+    first = int(np.argmax(moving))
+    assert first == round(3 * 1e3 * settling_s(MODEL))
+    assert moving[first:].all()
+    assert counted(trace(), MODEL).all()
+
+
+def test_samples_that_were_lost_do_not_count() -> None:
+    valid = np.ones(4000, dtype=bool)
+    valid[100:200] = False
+    assert np.array_equal(counted(trace(valid=valid), MODEL), valid)
+
+
+def test_runs_that_are_named_are_kept_back_whole() -> None:
+    data = split(MODEL, [trace("a")], [trace("b")])
+    assert [o.trace.name for o in data.train] == ["a"]
+    assert [(o.trace.name, o.count) for o in data.test] == [("b", 4000)]
+    assert "--hold-out" in data.how
+
+
+def test_the_last_repeat_is_kept_back_where_there_are_repeats() -> None:
+    steps = (Step("x", "table", 0, 1000), Step("x", "table", 1000, 2000, 1), Step("y", "table", 2000, 4000))
+    kept = last_repeats(trace(steps=steps))
+    assert np.flatnonzero(kept).tolist() == list(range(1000, 2000))
+    data = split(MODEL, [trace(steps=steps)])
+    assert not (data.train[0].use & data.test[0].use).any()
+    assert np.array_equal(data.test[0].use, kept)
+
+
+def test_else_the_end_of_every_run_is_kept_back() -> None:
+    data = split(MODEL, [trace()])
+    assert data.train[0].use.tolist() == [True] * 2800 + [False] * 1200
+    assert np.array_equal(data.test[0].use, ~data.train[0].use)
+    assert "30 %" in data.how
+
+
+def test_nothing_to_fit_is_said() -> None:
+    with pytest.raises(ValueError, match="every one given is held out"):
+        split(MODEL, [], [trace()])
+    with pytest.raises(ValueError, match="no sample is left"):
+        split(MODEL, [trace(size=300, from_rest=False)])
