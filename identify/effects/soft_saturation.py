@@ -62,13 +62,21 @@ class SoftSaturation(Effect):
         top = max(-low, high) if self.form.endswith("both") else high if self.form.endswith("upper") else -low
         if top <= 0.0:
             return []
-        if self.form.startswith("tanh"):
-            tried = [{"level": top * share} for share in np.geomspace(0.1, 30.0, 22)]
+        if self.form.startswith("diode"):
+            best = self._diode_start(evidence, top)
         else:
-            levels = [top * share for share in np.geomspace(0.1, 4.0, 14)]
-            tried = [{"level": a, "knee": share * top, "slope": 0.3} for a in levels for share in (0.03, 0.1, 0.3)]
-        best = evidence.best(self, tried)
+            best = evidence.best(self, [{"level": top * share} for share in np.geomspace(0.1, 30.0, 22)])
         return [best] if best else []
+
+    def _diode_start(self, evidence: "Evidence", top: float) -> dict[str, float]:
+        """Return level and knee that explain most with a middling slope, then the slope, then the level once more."""
+        levels = [top * share for share in np.geomspace(0.1, 4.0, 14)]
+        tried = [{"level": a, "knee": share * top, "slope": 0.3} for a in levels for share in (0.03, 0.1, 0.3)]
+        best = evidence.best(self, tried)
+        for name, values in (("slope", (0.0, 0.3, 0.5, 0.7, 0.85, 0.95)), ("level", (0.6, 0.7, 0.8, 0.9, 1.0, 1.15))):
+            scale = best["level"] if best and name == "level" else 1.0
+            best = evidence.best(self, [{**best, name: scale * value} for value in values]) if best else best
+        return best
 
 
 def _tanh(w: Array, level: float) -> Array:

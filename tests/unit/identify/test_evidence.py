@@ -157,3 +157,12 @@ def test_a_parameter_at_its_bound_mimics_nothing():
     promise = seen.gain(effect, {"delay": 45e-6})
     refitted = fit(effect.put_in(seen.chain, {"delay": 45e-6}), seen.observations, seen.chain.values)
     assert promise > 0.5 * (seen.fitted.cost - refitted.cost) > 100.0
+
+
+@pytest.mark.parametrize("drop", [3e-6, 3e-5])
+def test_a_diode_has_a_start_that_promises_most_of_what_a_fit_finds(drop):
+    seen = evidence_of(Concealed("diode_clamp", {"drop": drop, "knee": 1.4}))
+    effect = catalogue()["soft_saturation"](Place.F, "diode upper")
+    (start,) = effect.starts(seen)
+    refitted = fit(effect.put_in(seen.chain, start), seen.observations, seen.chain.values)
+    assert seen.gain(effect, start) > 0.8 * (seen.fitted.cost - refitted.cost) > 100.0
