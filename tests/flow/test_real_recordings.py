@@ -1,0 +1,52 @@
+"""Do recordings of real circuits, made by others, import and explain as their circuits say?
+
+They are not part of this tree: set RIG_RECORDINGS to the folder that holds wh2009/ and rcrc_circuit/, or keep it at
+../shared/recordings beside the project.
+"""
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.flow.console import rig
+
+FOLDER = Path(os.environ.get("RIG_RECORDINGS", Path(__file__).parents[3] / "shared" / "recordings"))
+pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason=f"no recordings at {FOLDER}: set RIG_RECORDINGS")
+
+
+def explained(folder: Path, *words: str) -> dict[str, Any]:
+    ended = rig("explain", *words, "--json", "told.json", "--quiet", cwd=folder)
+    assert ended.code == 0, ended
+    found: dict[str, Any] = json.loads((folder / "told.json").read_text(encoding="utf-8"))
+    return found
+
+
+def test_the_rc_ladder_is_late_by_a_sample_and_linear(tmp_path: Path) -> None:
+    circuit = FOLDER / "rcrc_circuit"
+    columns = ("--time", "Time", "--input", "DAC", "--output", "ADC")
+    assert rig("import", str(circuit / "ls_output_data.csv"), *columns, "--out", "ls.h5", cwd=tmp_path).code == 0
+    told = explained(tmp_path, "ls.h5", "--rig", str(circuit / "rig.yaml"))
+    assert [(e["id"], e["stage"]) for e in told["effects"]] == [("dead_time", "G2")]
+    assert 0.5e-3 < told["effects"][0]["parameters"]["delay"]["value"] < 1.5e-3
+    assert 0.9 < told["model"]["F"]["linear"]["gain"] < 1.0
+    held = told["fit"]["held_out"]
+    assert held["after"] < 0.35 * held["before"]
+
+
+@pytest.mark.slow
+def test_the_diodes_between_two_filters_are_found_where_they_are(tmp_path: Path) -> None:
+    (table,) = (FOLDER / "wh2009").glob("*.csv")
+    kind = ("--input", "1", "--output", "2", "--rate", "51200", "--intersample", "bandlimited")
+    for name, rows in (("train", "5200:105200"), ("test", "109200:188000")):
+        ended = rig("import", str(table), *kind, "--rows", rows, "--out", f"{name}.h5", cwd=tmp_path)
+        assert ended.code == 0, ended
+    rig_file = str(FOLDER / "wh2009" / "rig.yaml")
+    told = explained(tmp_path, "train.h5", "--hold-out", "test.h5", "--rig", rig_file)
+    assert [(e["id"], e["stage"]) for e in told["effects"]] == [("soft_saturation", "F")]
+    assert told["effects"][0]["form"] in ("diode upper", "tanh upper")
+    assert told["location"]["stage"] == "F"
+    assert told["fit"]["held_out"]["after"] <= 2e-3
+    assert told["fit"]["held_out"]["before"] > 40e-3
