@@ -19,10 +19,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Confusion:
-    """An effect that looks nearly the same, and the experiment that would tell the two apart."""
+    """An effect that looks nearly the same, and the experiment that would tell the two apart.
+
+    ``exact``: behind a play operator the two give the same data, whatever is played.
+    """
 
     id: str
     would_separate: str
+    exact: bool = False
 
 
 @dataclass(frozen=True)
@@ -39,6 +43,7 @@ class Effect(Stage):
     axis: ClassVar[str]  # the coordinate along which it acts, as in "level of w"
     fingerprint: ClassVar[str]
     places: ClassVar[tuple[Place, ...]]
+    elsewhere: ClassVar[tuple[Place, ...]] = ()  # where the same law would be other physics than this
     forms: ClassVar[tuple[str, ...]] = ("",)
     declared: ClassVar[tuple[Parameter, ...]]
     absent: ClassVar[Mapping[str, float]]  # by short name

@@ -26,6 +26,7 @@ class Saturation(Effect):
     axis = "level of w"
     fingerprint = "flat at a fixed w, at any frequency"
     places = (Place.F,)
+    elsewhere = (Place.SENSE,)
     forms = ("both", "upper", "lower")
     declared = (UPPER, LOWER)
     absent: ClassVar = {"upper": float("inf"), "lower": float("-inf")}

@@ -30,11 +30,12 @@ class SoftSaturation(Effect):
     axis = "level of w"
     fingerprint = "compression before a level, the same at every frequency"
     places = (Place.F,)
+    elsewhere = (Place.SENSE,)
     forms = ("tanh both", "tanh upper", "tanh lower", "diode upper", "diode lower")
     declared = (LEVEL, KNEE, SLOPE)
     absent: ClassVar = {"level": 1e9, "knee": 1.0, "slope": 0.0}
     confused_with = (
-        Confusion("curved_border", "none: a monotone law right behind F is a bent border, exactly"),
+        Confusion("curved_border", "none: a monotone law right behind F is a bent border, exactly", exact=True),
         Confusion(
             "adc_nonlinearity",
             "a faster sine of the same amplitude: a law at y does not see w but what G2 leaves of it",

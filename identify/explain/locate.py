@@ -65,9 +65,9 @@ class Located:
         places = [c.place for c, h in self.fitted[1:] if h.share(self.base) > floor and c.place != self.best.place]
         return tuple(dict.fromkeys(places))
 
-    def share_at(self, place: Place, axis: str) -> float:
-        """Return the share of the misfit a correction at a place along an axis explains; 0 when none was fitted."""
-        return max((h.share(self.base) for c, h in self.fitted if c.place == place and c.axis == axis), default=0.0)
+    def share_at(self, place: Place) -> float:
+        """Return the share of the misfit that the best correction at a place explains; 0 when none was fitted."""
+        return max((h.share(self.base) for c, h in self.fitted if c.place == place), default=0.0)
 
 
 def suspects(evidence: Evidence) -> list[Suspect]:

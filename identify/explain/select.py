@@ -134,6 +134,17 @@ class Bench:
             if best.advantage(hypothesis) < 0.0:
                 break
             hypothesis = best
+        return self.simplified(hypothesis)
+
+    def simplified(self, hypothesis: Hypothesis) -> Hypothesis:
+        """Take simpler forms of effects, with fewer parameters, where the others do not pay."""
+        for effect in hypothesis.effects:
+            own = set(effect.parameters())
+            for simpler in type(effect).variants():
+                if simpler.place == effect.place and set(simpler.parameters()) < own:
+                    effects = tuple(simpler if e is effect else e for e in hypothesis.effects)
+                    found = self.fitted(self.with_effects(effects, hypothesis.fit.chain.values), effects)
+                    hypothesis = found if found.advantage(hypothesis) > 0.0 else hypothesis
         return hypothesis
 
     def without(self, hypothesis: Hypothesis, effect: Effect) -> Hypothesis:

@@ -1,13 +1,16 @@
 """Is a name earned: does the physics explain what it should, as well as a free-form correction in its place would?"""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from identify.effects.effect import Effect
 from identify.explain.locate import Located, located
 from identify.explain.select import Bench, Hypothesis, Round
+from identify.stage import Place
 
 NEGLIGIBLE = 0.05  # share of the plain model's misfit that may remain without casting doubt on the names
 DOMINANT = 0.5  # share of the misfit a name must explain when something else remains
-SAME_KIND = 0.4  # share of what a name leaves that a free-form correction of its own kind may explain
+SAME_PLACE = 0.4  # share of what a name leaves that a free-form correction at its own place may explain
+STRONG = 10.0  # of Schwarz's criterion: very strong evidence (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773)
 
 
 @dataclass(frozen=True)
@@ -24,19 +27,39 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
     When nothing remains beyond the noise, all do: a wrong set of names does not reproduce recordings of several kinds.
     Else the effects are taken in the order they were found, and the first one ends the list that explains less than
     half of what it was to explain, or that leaves more than a little of the whole misfit while a free-form correction
-    at its place along its axis could take much of that away: then the place may be right, but the law is not.
+    at its place could take much of that away: then the place may be right, but the law is not. And no name is earned
+    by a law that does better at a place where it would be other physics.
     """
     beyond = located(bench, final)
-    if not final.effects or not beyond.significant:
+    strayed = misplaced(bench, final)
+    if not strayed and (not final.effects or not beyond.significant):
         return Warranted(final, beyond)
     earned, above = plain, None
     for step in rounds:
         winner = step.best
-        if winner is None or winner.share(earned) < DOMINANT:
+        if winner is None or winner.share(earned) < DOMINANT or strayed & set(winner.names):
             break
         left = beyond if winner.effects == final.effects else located(bench, winner)
         effect = winner.effects[-1]
-        if winner.misfit > NEGLIGIBLE * plain.misfit and left.share_at(effect.place, effect.axis) > SAME_KIND:
+        if winner.misfit > NEGLIGIBLE * plain.misfit and left.share_at(effect.place) > SAME_PLACE:
             break
         earned, above = winner, left
     return Warranted(earned, above or located(bench, plain))
+
+
+def misplaced(bench: Bench, hypothesis: Hypothesis) -> set[str]:
+    """Return the ids of effects whose laws explain the data clearly better elsewhere, one by one or together."""
+    places = {place for effect in hypothesis.effects for place in effect.elsewhere}
+    found: set[str] = set()
+    for place in places:
+        movable = [effect for effect in hypothesis.effects if place in effect.elsewhere]
+        sets = [{effect} for effect in movable] + ([set(movable)] if len(movable) > 1 else [])
+        found |= {e.id for moved in sets if _moved(bench, hypothesis, moved, place) > STRONG for e in moved}
+    return found
+
+
+def _moved(bench: Bench, hypothesis: Hypothesis, moved: set[Effect], place: Place) -> float:
+    """Return the advantage of the same laws with some of them at another place."""
+    effects = tuple(replace(e, place=place) if e in moved else e for e in hypothesis.effects)
+    chain = bench.with_effects(effects, hypothesis.fit.chain.values)
+    return bench.fitted(chain, effects).advantage(hypothesis)
