@@ -8,11 +8,12 @@ from identify.chain import Chain, signals
 from identify.explain.explanation import Profile, Range
 from identify.observe import Observation
 from identify.stage import Place
-from identify.trace import Array
+from identify.trace import Array, Mask
 
 BINS = 24
 MOST = 0.95  # share of an effect's energy that the stretch reported must hold
 SPECTRAL = ("frequency", "mains lines")
+FAINT = 0.2  # of its largest value: where a change below the noise everywhere counts as seen
 LEAST = 0.05  # share of the energy below which a side of a level axis is not mentioned
 UNITS = {"frequency": "Hz", "clock time": "s", "time on a plateau": "s", "mains lines": "Hz", "rate of w": "V/s"}
 
@@ -29,11 +30,18 @@ def coordinate(axis: str, chain: Chain, observation: Observation) -> Array:
         return taps[-1]
     w = taps[_tap_of_w(chain)]
     if axis == "time on a plateau":
-        still = np.abs(np.diff(w, prepend=w[:1])) < 1e-3 * max(float(np.ptp(w)), 1e-12)
-        return _age(still) / trace.rate_hz
+        return _age(_inside(chain, taps[chain.index(Place.G1) - 1], w)) / trace.rate_hz
     if axis == "rate of w":
         return np.diff(w, prepend=w[:1]) * trace.rate_hz
     return w
+
+
+def _inside(chain: Chain, v: Array, w: Array) -> Mask:
+    """Return where w rests inside the gap, on neither border."""
+    borders = [(chain.values[f"F.S_{side}"], chain.values[f"F.D_{side}"]) for side in ("L", "U")]
+    reach = 1e-9 * max(float(np.max(np.abs(w))), 1e-12)
+    away = [np.abs(w - slope * (v - crossing)) > reach for slope, crossing in borders]
+    return np.logical_and(away[0], away[1])
 
 
 def _tap_of_w(chain: Chain) -> int:
@@ -63,15 +71,16 @@ def acting(
     where = np.concatenate([coordinate(axis, chain, o) for o in observations])
     size = np.concatenate([np.abs(c) / o.noise_v for c, o in zip(changes, observations, strict=True)])
     sides = [where < 0.0, where >= 0.0] if axis.startswith("level") else [np.ones(where.size, dtype=bool)]
-    return tuple(r for r in (_visible(axis, where, size, side) for side in sides) if r.share > LEAST)
+    found = [_visible(axis, where, size, side) for side in sides if side.any()]
+    return tuple(r for r in found if r.share > LEAST) or tuple(found)
 
 
 def _visible(axis: str, where: Array, size: Array, side: np.ndarray) -> Range:
     """Return the stretch of one side of an axis over which a change exceeds the noise, and its share of the energy."""
-    seen = side & (size > 1.0)
+    seen = side & (size > min(1.0, FAINT * float(np.max(size))))
     total = float(np.sum(np.square(size)))
-    if not seen.any() or total == 0.0:
-        return Range(axis, 0.0, 0.0, UNITS.get(axis, "V"), 0.0)
+    if not seen.any():
+        return Range(axis, float(np.min(where[side])), float(np.max(where[side])), UNITS.get(axis, "V"), 0.0)
     share = float(np.sum(np.square(size[seen]))) / total
     return Range(axis, float(np.min(where[seen])), float(np.max(where[seen])), UNITS.get(axis, "V"), share)
 

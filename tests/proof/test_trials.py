@@ -67,3 +67,12 @@ def test_physics_outside_the_library_is_proven_and_located_but_not_named(case: C
     assert found.remaining.stage == found.location.stage
     if case.name in PLACED:
         assert [(f.id, f.stage) for f in found.effects] == [("unnamed", PLACED[case.name])]
+
+
+@pytest.mark.parametrize("kind", ["saturation", "plateau_droop, bias current", "feedthrough", "offset_drift"])
+def test_without_its_effect_in_the_catalogue_physics_ends_unnamed(kind: str) -> None:
+    (case,) = (c for c in LIBRARY if c.name == kind)
+    (truth,) = case.expected
+    found = told(case, truth.id)
+    assert found.verdict == "unexplained"
+    assert [(f.id, f.stage) for f in found.effects] == [("unnamed", truth.stage)]

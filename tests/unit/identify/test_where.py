@@ -1,0 +1,67 @@
+"""Where on its coordinate does an effect act?"""
+
+import pytest
+
+from identify.effects import catalogue, chain_of
+from identify.explain.where import acting, coordinate, profile
+from identify.observe import Observation
+from identify.stage import Place
+from tests.proof.rigs import OP_AMP
+from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
+from tests.trials import model_of, observed, recorded
+
+NOISE_V = 0.01
+PLAIN = chain_of(model_of(OP_AMP))
+
+
+def seen(stimulus=None) -> Observation:
+    return observed(recorded(OP_AMP, stimulus or staircase("walk", FIG13_LEVELS_V, 0.1), fine=4), NOISE_V)
+
+
+def test_rails_act_beyond_their_levels_on_both_sides() -> None:
+    rails = catalogue()["saturation"](Place.F, "both").put_in(PLAIN, {"upper": 10.0, "lower": -12.0})
+    below, above = acting("level of w", Place.F, rails, PLAIN, [seen()])
+    assert below.high == pytest.approx(-12.0, abs=0.05)
+    assert below.low == pytest.approx(-18.0, abs=0.05)
+    assert above.low == pytest.approx(10.0, abs=0.05)
+    assert above.high == pytest.approx(14.0, abs=0.05)
+    assert below.share + above.share == pytest.approx(1.0, abs=1e-3)
+
+
+def test_a_drift_acts_where_the_clock_has_gone_far_enough() -> None:
+    drifting = catalogue()["offset_drift"](Place.SENSE).put_in(PLAIN, {"rate": 0.02})
+    (found,) = acting("clock time", Place.SENSE, drifting, PLAIN, [seen()])
+    assert found.low == pytest.approx(0.5, abs=0.01)  # 10 mV of noise at 20 mV/s
+    assert found.unit == "s"
+
+
+def test_a_change_below_the_noise_everywhere_still_has_a_place() -> None:
+    faint = catalogue()["offset_drift"](Place.SENSE).put_in(PLAIN, {"rate": 1e-4})
+    (found,) = acting("clock time", Place.SENSE, faint, PLAIN, [seen()])
+    assert found.share > 0.9
+
+
+def test_a_delay_acts_at_the_frequency_played() -> None:
+    late = catalogue()["dead_time"](Place.G2).put_in(PLAIN, {"delay": 1e-3})
+    (found,) = acting("frequency", Place.G2, late, PLAIN, [seen(sine("slow", 10.0, 3.0, 5, 4))])
+    assert found.low <= 10.0 <= found.high < 200.0
+
+
+def test_the_profile_of_a_residual_has_its_rms_in_every_bin() -> None:
+    drifting = catalogue()["offset_drift"](Place.SENSE).put_in(PLAIN, {"rate": 0.1})
+    one = seen()
+    made = profile("clock time", drifting, PLAIN, [one])
+    assert made is not None
+    middle = 0.5 * (made.edges[1:] + made.edges[:-1])
+    assert made.before_v == pytest.approx(0.1 * middle, rel=0.02, abs=2e-3)
+    assert float(made.after_v.max()) < 1e-4
+    assert profile("frequency", drifting, PLAIN, [one]) is None
+
+
+def test_coordinates_are_those_of_the_signals() -> None:
+    one = seen()
+    assert coordinate("level of u", PLAIN, one) is one.trace.u
+    assert coordinate("clock time", PLAIN, one)[-1] == pytest.approx((one.trace.size - 1) / one.trace.rate_hz)
+    age_s = coordinate("time on a plateau", PLAIN, one)
+    assert age_s.min() == 0.0
+    assert 0.3 < age_s.max() < 0.6  # four levels of 0.1 s inside the gap, and the way back to the border
