@@ -73,18 +73,6 @@ def leaky_play(
     return w
 
 
-@njit(error_model="numpy", cache=True)
-def play_tangent(s_l: float, d_l: float, s_u: float, d_u: float, v: Array, w: Array, dv: Array, out: Array) -> None:
-    """Propagate a small change dv (J, N) of v through the play operator: followed on a border, frozen in the gap."""
-    for i in range(dv.shape[0]):
-        hold = 0.0
-        for j in range(v.size):
-            if w[j] == s_l * (v[j] - d_l):
-                hold = s_l * dv[i, j]
-            elif w[j] == s_u * (v[j] - d_u):
-                hold = s_u * dv[i, j]
-            out[i, j] = hold
-
 
 @njit(fastmath=_FAST, error_model="numpy", cache=True)
 def plain_chain(
@@ -105,16 +93,6 @@ def plain_chain(
         out[j] = dot(c2, x2) + d2 * w
     return x1, w, x2, last_u
 
-
-@njit(error_model="numpy", cache=True)
-def age(branch: Array, plateau: float) -> Array:
-    """Count samples since ``branch`` last became ``plateau``; 0 elsewhere."""
-    out = np.zeros(branch.size)
-    count = 0.0
-    for j in range(branch.size):
-        count = count + 1.0 if branch[j] == plateau else 0.0
-        out[j] = count
-    return out
 
 
 @njit(error_model="numpy", cache=True)

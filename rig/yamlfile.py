@@ -65,11 +65,6 @@ def read_text(path: Path) -> str:
         raise FileError("cannot be read", where=str(path), value=error.strerror) from error
 
 
-def read_document(path: Path) -> Document:
-    """Return the YAML or, by suffix ``.json``, the JSON file at ``path``; raise FileError."""
-    text = read_text(path)
-    return parse_json(text, str(path)) if path.suffix.lower() == ".json" else parse_yaml(text, str(path))
-
 
 def parse_yaml(text: str, where: str) -> Document:
     """Return the YAML ``text`` as a Document; ``where`` names it in messages; raise FileError."""

@@ -8,10 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import log
 
-import numpy as np
-
 from identify.chain import Chain
-from identify.effects.effect import Effect, short
+from identify.effects.effect import Effect
 from identify.evidence import Candidate, Evidence, candidates
 from identify.fit import Fit, chi_squared, fit
 from identify.observe import Observation, refined
@@ -228,8 +226,3 @@ def promising(screened: Sequence[Candidate], base: Hypothesis, runs: int) -> lis
         if candidate.gain > max(price, PROMISING * best) and len(same) < 2 and (not same or rival):
             kept.append(candidate)
     return kept[:FITTED_A_ROUND]
-
-
-def values_of(effect: Effect, chain: Chain) -> dict[str, float]:
-    """Return an effect's values in a chain, by short name."""
-    return {short(p.name): float(np.asarray(chain.values[p.name])) for p in effect.parameters()}

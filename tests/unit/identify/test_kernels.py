@@ -105,17 +105,6 @@ def test_leaky_play_that_loses_nothing_is_play():
     assert np.array_equal(out, play(borders, v))
 
 
-def test_tangent_of_play_is_the_limit_of_a_difference():
-    rng = np.random.default_rng(3)
-    borders = (8.0, 1.25, 7.0, -1.0)
-    v, dv = np.cumsum(rng.normal(0.0, 0.7, 400)), rng.normal(size=(3, 400))
-    w, out, step = play(borders, v), np.empty((3, 400)), 1e-7
-    kernels.play_tangent(*borders, v, w, dv, out)
-    differences = np.array([(play(borders, v + step * row) - w) / step for row in dv])
-    assert np.ptp(w) > 10.0
-    assert np.allclose(out, differences, rtol=0, atol=1e-5)
-
-
 def test_plain_chain_is_its_three_stages_one_after_the_other():
     one, two, borders = block_of(2, 5), block_of(3, 6), (8.0, 1.25, 7.0, -1.0)
     u, out = np.random.default_rng(7).normal(0.0, 2.0, 300), np.empty(300)
@@ -123,11 +112,6 @@ def test_plain_chain_is_its_three_stages_one_after_the_other():
     w = play_by_hand(borders, linear_by_hand(one, u)[0])
     assert np.ptp(w) > 1.0
     assert np.allclose(out, linear_by_hand(two, w)[0], rtol=1e-12, atol=1e-10)
-
-
-def test_age_counts_samples_on_a_plateau_and_starts_anew():
-    branch = np.array([0.0, 0.0, 1.0, 0.0, 2.0, 0.0, 0.0, 0.0])
-    assert kernels.age(branch, 0.0).tolist() == [1, 2, 0, 1, 0, 1, 2, 3]
 
 
 def test_waveform_is_a_sum_of_sines_without_drift_of_its_phasor():
