@@ -19,10 +19,10 @@ class Ended:
     err: str
 
 
-def rig(*arguments: str | Path, cwd: Path) -> Ended:
-    """Return how ``rig ARGUMENTS`` ended, typed in the folder ``cwd``."""
+def rig(*arguments: str | Path, cwd: Path, limit_s: float = LIMIT_S) -> Ended:
+    """Return how ``rig ARGUMENTS`` ended, typed in the folder ``cwd``; raise after ``limit_s``."""
     done = subprocess.run(
-        [*COMMAND, *map(str, arguments)], cwd=cwd, capture_output=True, text=True, timeout=LIMIT_S, check=False
+        [*COMMAND, *map(str, arguments)], cwd=cwd, capture_output=True, text=True, timeout=limit_s, check=False
     )
     return Ended(done.returncode, done.stdout, done.stderr)
 

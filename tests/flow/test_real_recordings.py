@@ -14,11 +14,12 @@ import pytest
 from tests.flow.console import rig
 
 FOLDER = Path(os.environ.get("RIG_RECORDINGS", Path(__file__).parents[3] / "shared" / "recordings"))
+PATIENCE_S = 600.0  # 100,000 samples at a noise so low that the grid must be fine take minutes
 pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason=f"no recordings at {FOLDER}: set RIG_RECORDINGS")
 
 
 def explained(folder: Path, *words: str) -> dict[str, Any]:
-    ended = rig("explain", *words, "--json", "told.json", "--quiet", cwd=folder)
+    ended = rig("explain", *words, "--json", "told.json", "--quiet", cwd=folder, limit_s=PATIENCE_S)
     assert ended.code == 0, ended
     found: dict[str, Any] = json.loads((folder / "told.json").read_text(encoding="utf-8"))
     return found
