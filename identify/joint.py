@@ -9,7 +9,6 @@ from threadpoolctl import threadpool_limits
 from identify.blocks import LinearBlock, Play
 from identify.chain import Chain, model_of, signals
 from identify.effects import chain_of, physics_in
-from identify.explain.explain import intersample_of
 from identify.explain.select import Bench, Hypothesis
 from identify.fit import Fit, chi_squared
 from identify.holdout import counted, settling_s
@@ -23,7 +22,7 @@ from identify.observe import Observation, pooled_rms
 from identify.response import played_hz, points
 from identify.stage import Place
 from identify.staircase import borders, staircase
-from identify.trace import Trace
+from identify.trace import Trace, intersample_of
 
 BORDERS = ("S_L", "D_L", "S_U", "D_U")
 FITS = 1.1  # residual over noise up to which a model counts as fitting

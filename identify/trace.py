@@ -1,5 +1,6 @@
 """What was played and what came back: the one form in which data enter identification."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -66,3 +67,11 @@ class Trace:
     def size(self) -> int:
         """Return the number of samples."""
         return int(self.u.size)
+
+
+def intersample_of(traces: Sequence[Trace]) -> Intersample:
+    """Return what u is between samples; ValueError when recordings differ in it."""
+    kinds = {trace.intersample for trace in traces}
+    if len(kinds) > 1:
+        raise ValueError(f"recordings with {' and '.join(sorted(kinds))} inputs cannot be fitted together")
+    return next(iter(kinds))

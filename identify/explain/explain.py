@@ -16,7 +16,7 @@ from identify.explain.warrant import Warranted, warranted
 from identify.holdout import Split, split
 from identify.model import Model
 from identify.observe import Observation, refined
-from identify.trace import Intersample, Trace
+from identify.trace import Trace, intersample_of
 
 Note = Callable[[str, float], None]
 
@@ -64,14 +64,6 @@ def prepared(model: Model, data: Split, leave_out: Sequence[str] = ()) -> tuple[
     coarse = bench.fitted(chain, ())
     bench = bench.refined(coarse.fit.chain)
     return bench, bench.fitted(coarse.fit.chain, ())
-
-
-def intersample_of(traces: Sequence[Trace]) -> Intersample:
-    """Return what u is between samples; ValueError when recordings differ in it."""
-    kinds = {trace.intersample for trace in traces}
-    if len(kinds) > 1:
-        raise ValueError(f"recordings with {' and '.join(sorted(kinds))} inputs cannot be fitted together")
-    return next(iter(kinds))
 
 
 def confirmed(
