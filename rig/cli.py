@@ -4,21 +4,52 @@ Exit codes: 0 done, 1 the answer is negative, 2 bad usage or input, 3 device fai
 the program itself, 130 stopped by Ctrl-C while nothing was being played.
 """
 
+import signal
 import sys
+from threading import Event
+from types import FrameType
+from typing import Never
 
-import click
+STOPPED = 130
+_pressed = Event()
 
-from rig.commands import commands
+
+class Stopped(KeyboardInterrupt):
+    """Ctrl-C was pressed.
+
+    A class of its own, because CPython ends itself by SIGINT, whatever exit code is asked for, once a plain
+    KeyboardInterrupt has passed through code compiled from a string, as that of dataclasses is.
+    """
 
 
 def main() -> None:
     """Run the command line and exit with its code."""
-    sys.exit(run_line(sys.argv[1:]))
+    signal.signal(signal.SIGINT, _stop)
+    try:
+        code = run_line(sys.argv[1:])
+    except KeyboardInterrupt:
+        sys.stderr.write("rig: stopped\n")
+        code = STOPPED
+    finally:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    sys.exit(code)
+
+
+def _stop(number: int, frame: FrameType | None) -> Never:
+    """Interrupt what is going on."""
+    _pressed.set()
+    raise Stopped
 
 
 def run_line(arguments: list[str]) -> int:
-    """Run one command line and return its exit code; errors are told on stderr, in one message each."""
+    """Run one command line and return its exit code; errors are told on stderr, in one message each.
+
+    Raises KeyboardInterrupt when it is interrupted. What is imported here may take a moment, and be interrupted too.
+    """
+    import click
+
     from rig import terminal
+    from rig.commands import commands
     from rig.errors import RigError
 
     debug = "--debug" in arguments
@@ -30,13 +61,14 @@ def run_line(arguments: list[str]) -> int:
     except click.ClickException as error:
         error.show()
         return error.exit_code
-    except (click.Abort, KeyboardInterrupt):
-        click.echo("rig: stopped", err=True)
-        return terminal.INTERRUPTED
+    except click.Abort as abort:
+        raise Stopped from abort
     except BrokenPipeError:
         sys.stderr.close()
         return 0
     except Exception as error:
+        if _pressed.is_set():
+            raise Stopped from error  # some libraries turn Ctrl-C into an error of their own
         return terminal.broken(error, debug)
 
 

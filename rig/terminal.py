@@ -12,7 +12,6 @@ from typing import TextIO
 
 from rig.errors import RigError
 
-INTERRUPTED = 130
 BROKEN = 70
 """Exit code of a fault in the program itself (EX_SOFTWARE): no script may take it for an answer."""
 
