@@ -9,8 +9,9 @@ import numpy as np
 
 from identify import kernels
 from identify.blocks import Gain, LinearBlock, Play, Source
+from identify.curved import CurvedPlay
 from identify.discretise import without_leading_zeros
-from identify.model import Backlash, LinearF, Model, Rational
+from identify.model import Backlash, CurvedBacklash, LinearF, Model, NonlinearF, Rational
 from identify.stage import Block, Grid, Held, Parameter, Place, Ramp, Run, Shape, Stage, Values
 from identify.trace import Array, Intersample, Trace
 
@@ -98,13 +99,20 @@ def plain_chain(model: Model, intersample: Intersample = "held") -> Chain:
         LinearBlock(replace(block, num=without_leading_zeros(block.num)), place.label, place)
         for block, place in ((model.g1, Place.G1), (model.g2, Place.G2))
     )
-    f = Play(model.f) if isinstance(model.f, Backlash) else Gain(model.f)
+    f = f_stage(model.f)
     delays = (Parameter("G2.dead_time", "s", "log"),) if model.g2.dead_time_s > 0 else ()
     source = Source(intersample == "held", model.g1.dead_time_s, delays)
     values = dict(zip([p.name for p in delays], [model.g2.dead_time_s] * len(delays), strict=True))
     for stage in (g1, f, g2):
         values |= dict(zip([p.name for p in stage.parameters()], stage.start_values(), strict=True))
     return Chain((source, g1, f, g2), values)
+
+
+def f_stage(f: NonlinearF | LinearF) -> Play | CurvedPlay | Gain:
+    """Return the stage of F in the form the model gives it."""
+    if isinstance(f, Backlash):
+        return Play(f)
+    return CurvedPlay(f) if isinstance(f, CurvedBacklash) else Gain(f)
 
 
 def source_voltage(u: Array, intersample: Intersample, substeps: int, before: float = 0.0) -> Array:
@@ -209,13 +217,15 @@ def _fused(chain: Chain, grid: Grid) -> Run | None:
 def model_of(chain: Chain, plain: Model) -> Model:
     """Return ``plain`` with the values of ``chain``; physics beyond it are the caller's to add."""
     blocks: dict[str, Rational] = {}
-    f: Backlash | LinearF = plain.f
+    f: NonlinearF | LinearF = plain.f
     for stage in chain.stages:
         values = tuple(chain.values[p.name] for p in stage.parameters())
         if isinstance(stage, LinearBlock) and stage.name in ("G1", "G2"):
             blocks[stage.name] = stage.rational(values)
         elif isinstance(stage, Play):
             f = Backlash(*values[:4])
+        elif isinstance(stage, CurvedPlay):
+            f = stage.backlash(values)
         elif isinstance(stage, Gain):
             f = LinearF(*values)
     g2 = replace(blocks["G2"], dead_time_s=chain.values.get("G2.dead_time", plain.g2.dead_time_s))

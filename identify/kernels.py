@@ -63,6 +63,40 @@ def play(s_l: float, d_l: float, s_u: float, d_u: float, w: float, v: Array, out
 
 
 @njit(error_model="numpy", cache=True)
+def _piece(knots: Array, at: int, v: float) -> int:
+    """Return the piece of a border v is in, from the piece ``at`` it was in before: v moves little in a sample."""
+    while at < knots.size and v > knots[at]:
+        at += 1
+    while at > 0 and v <= knots[at - 1]:
+        at -= 1
+    return at
+
+
+@njit(error_model="numpy", cache=True)
+def _on_border(origins: Array, rows: Array, at: int, v: float) -> float:
+    """Return w on piece ``at`` of a border: a cubic in v - origin."""
+    t = v - origins[at]
+    return float(rows[at, 0] + t * (rows[at, 1] + t * (rows[at, 2] + t * rows[at, 3])))
+
+
+@njit(error_model="numpy", cache=True)
+def curved_play(
+    knots_l: Array, origins_l: Array, rows_l: Array, knots_u: Array, origins_u: Array, rows_u: Array,
+    w: float, v: Array, out: Array,
+) -> float:  # fmt: skip
+    """Run the play operator of eq. (7) between borders in pieces (identify.border) from the level w; return the last.
+
+    Where the borders cross, the unloading one holds, as for straight ones.
+    """
+    at_l, at_u = 0, 0
+    for j in range(v.size):
+        at_l, at_u = _piece(knots_l, at_l, v[j]), _piece(knots_u, at_u, v[j])
+        w = min(max(w, _on_border(origins_l, rows_l, at_l, v[j])), _on_border(origins_u, rows_u, at_u, v[j]))
+        out[j] = w
+    return w
+
+
+@njit(error_model="numpy", cache=True)
 def leaky_play(
     s_l: float, d_l: float, s_u: float, d_u: float, keep: float, lose: float, w: float, v: Array, out: Array
 ) -> float:

@@ -27,6 +27,24 @@ class Backlash:
     d_u_v: float
 
 
+Points = tuple[tuple[float, float], ...]
+"""Pairs (v, w) in V, rising in both."""
+
+
+@dataclass(frozen=True)
+class CurvedBacklash:
+    """The play operator of eq. (7) between borders of any rising shape, each a monotone cubic through its points.
+
+    ``loading`` bounds w from below, ``unloading`` from above; beyond its first and last point a border is straight.
+    """
+
+    loading: Points
+    unloading: Points
+
+
+NonlinearF = Backlash | CurvedBacklash
+
+
 @dataclass(frozen=True)
 class LinearF:
     """F without memory: w = gain * v + offset_v."""
@@ -54,7 +72,7 @@ class Model:
 
     title: str
     g1: Rational
-    f: Backlash | LinearF
+    f: NonlinearF | LinearF
     g2: Rational
     noise_v: float | None = None
     fixed: tuple[str, ...] = ()

@@ -54,6 +54,7 @@ class Parameter:
     scale: float = 1.0
     within: float | None = None
     local: bool = False
+    label: str = ""
 
 
 @dataclass(frozen=True)

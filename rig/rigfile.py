@@ -6,6 +6,7 @@ last bit. ``read_rig`` also takes the JSON of ``rig explain``, whose ``model`` i
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -13,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import yaml
 from pydantic import Field, Tag
 
-from identify.model import Backlash, LinearF, Model, Physics, Rational
+from identify.model import Backlash, CurvedBacklash, LinearF, Model, NonlinearF, Physics, Points, Rational
 from rig.errors import FileError, MisfitError, unknown
 from rig.forms import BY_SHAPE, Form, Gain, Seconds, Volts
 from rig.linearblock import check_block
@@ -28,6 +29,7 @@ Values = Mapping[str, Any]
 
 BLOCK_KEYS = ("num", "den", "dead_time")
 BORDER_KEYS = ("S_L", "D_L", "S_U", "D_U")
+CURVE_KEYS = ("L", "U")
 LINEAR_KEYS = ("gain", "offset")
 PHYSICS_KEYS = ("stage", "form")
 
@@ -58,6 +60,16 @@ class BordersForm(Form):
     D_U: Volts
 
 
+Curve = Annotated[list[Annotated[list[Volts], Field(min_length=2, max_length=2)]], Field(min_length=2, max_length=100)]
+
+
+class CurvesForm(Form):
+    """The play operator between bent borders: points [v, w], each with its unit."""
+
+    L: Curve
+    U: Curve
+
+
 class LineForm(Form):
     """A straight line in place of the backlash."""
 
@@ -66,9 +78,10 @@ class LineForm(Form):
 
 
 class NonlinearityForm(Form):
-    """F: one of its two kinds."""
+    """F: one of its kinds."""
 
     backlash: BordersForm | None = None
+    curved_backlash: CurvesForm | None = None
     linear: LineForm | None = None
 
 
@@ -143,15 +156,39 @@ def _block(document: Document, keys: Keys, form: BlockForm) -> Rational:
     return Rational(tuple(map(float, form.num)), tuple(map(float, form.den)), form.dead_time)
 
 
-def _f(document: Document, keys: Keys, form: Literal["linear"] | NonlinearityForm) -> Backlash | LinearF:
+def _f(document: Document, keys: Keys, form: Literal["linear"] | NonlinearityForm) -> NonlinearF | LinearF:
     if form == "linear":
         return LinearF()
-    if (form.backlash is None) == (form.linear is None):
-        raise document.error("F has one kind", *keys, allowed="backlash or linear")
+    if sum(kind is not None for kind in (form.backlash, form.curved_backlash, form.linear)) != 1:
+        raise document.error("F has one kind", *keys, allowed="backlash, curved_backlash or linear")
     if form.linear is not None:
         return LinearF(form.linear.gain, form.linear.offset)
+    if form.curved_backlash is not None:
+        return _curved(document, (*keys, "curved_backlash"), form.curved_backlash)
     assert form.backlash is not None
     return _backlash(document, (*keys, "backlash"), form.backlash)
+
+
+def _curved(document: Document, keys: Keys, form: CurvesForm) -> CurvedBacklash:
+    from identify.border import crossing
+
+    loading, unloading = (_points(document, (*keys, side), getattr(form, side)) for side in CURVE_KEYS)
+    curved = CurvedBacklash(loading, unloading)
+    if met := crossing(curved):
+        v, low, high = met
+        raise document.error("the borders cross", *keys, value=f"at v = {v:.4g} V L is {low:.4g} V, U {high:.4g} V",
+                             allowed="L at most U at every v", do="the loading border lies below the unloading one")
+    return curved
+
+
+def _points(document: Document, keys: Keys, pairs: list[list[float]]) -> Points:
+    """Return the points of one border; raise FileError at the first that does not rise."""
+    for index, (before, point) in enumerate(pairwise(pairs), start=1):
+        for column, name in enumerate(("v", "w")):
+            if point[column] <= before[column]:
+                raise document.error(f"a border rises in {name}", *keys, index, column, value=f"{point[column]:g} V",
+                                     allowed=f"above the {before[column]:g} V of the point before")
+    return tuple((v, w) for v, w in pairs)
 
 
 def _backlash(document: Document, keys: Keys, form: BordersForm) -> Backlash:
@@ -220,8 +257,8 @@ def parameter_units(piece: Physics) -> dict[str, str]:
 
 
 def _fixed(document: Document, keys: Keys, form: RigForm, physics: tuple[Physics, ...]) -> tuple[str, ...]:
-    line = LINEAR_KEYS if form.F == "linear" or form.F.backlash is None else BORDER_KEYS
-    owners = {"G1": BLOCK_KEYS, "F": line, "G2": BLOCK_KEYS, **{piece.id: tuple(piece.values) for piece in physics}}
+    of_physics = {piece.id: tuple(piece.values) for piece in physics}
+    owners = {"G1": BLOCK_KEYS, "F": _f_keys(form.F), "G2": BLOCK_KEYS, **of_physics}
     valid = [*owners, *(f"{owner}.{name}" for owner, names in owners.items() for name in names), "noise"]
     for index, name in enumerate(form.fixed):
         if name not in valid:
@@ -229,13 +266,23 @@ def _fixed(document: Document, keys: Keys, form: RigForm, physics: tuple[Physics
     return tuple(form.fixed)
 
 
+def _f_keys(form: Literal["linear"] | NonlinearityForm) -> tuple[str, ...]:
+    """Return what of F may be fixed."""
+    if form == "linear" or form.linear is not None:
+        return LINEAR_KEYS
+    return tuple(CURVE_KEYS) if form.curved_backlash is not None else BORDER_KEYS
+
+
 def _block_dict(block: Rational) -> dict[str, Any]:
     return {"num": list(block.num), "den": list(block.den), "dead_time": exact(block.dead_time_s, "s")}
 
 
-def _f_dict(f: Backlash | LinearF) -> dict[str, Any]:
+def _f_dict(f: NonlinearF | LinearF) -> dict[str, Any]:
     if isinstance(f, LinearF):
         return {"linear": {"gain": f.gain, "offset": exact(f.offset_v, "V")}}
+    if isinstance(f, CurvedBacklash):
+        curves = {"L": f.loading, "U": f.unloading}
+        return {"curved_backlash": {s: [[exact(v, "V"), exact(w, "V")] for v, w in c] for s, c in curves.items()}}
     return {"backlash": {"S_L": f.s_l, "D_L": exact(f.d_l_v, "V"), "S_U": f.s_u, "D_U": exact(f.d_u_v, "V")}}
 
 

@@ -22,7 +22,7 @@ SEES_BOTH = {  # who may import more of identify than its plain data, and what
         "identify.joint", "identify.explain", "identify.report", "identify.chain", "identify.effects",
         "identify.simulate",
     },
-    "rig.rigfile": {"identify.effects"},
+    "rig.rigfile": {"identify.effects", "identify.border"},
     "rig.linearblock": {"identify.discretise"},
     "rig.preview": {"identify.drawing"},
     "rig.narration": {"identify.observe", "identify.report"},

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identify.model import Backlash, LinearF, Model, Physics, Rational
+from identify.model import Backlash, CurvedBacklash, LinearF, Model, Physics, Rational
 from rig.errors import FileError
 from rig.rigfile import model_to_dict, model_to_yaml, parse_rig, read_rig
 
@@ -75,7 +75,11 @@ def test_values_that_mean_absent_are_not_written() -> None:
 number = st.floats(min_value=1e-6, max_value=1e6)
 block = st.builds(lambda gain, taus, dead: Rational((gain,), (*taus, 1.0), dead),
                   number, st.lists(number, max_size=1), st.floats(0, 10))
+rising = st.lists(st.tuples(st.floats(0.01, 5), st.floats(0.01, 50)), min_size=2, max_size=6).map(
+    lambda steps: tuple((float(sum(v for v, _ in steps[: i + 1])), float(sum(w for _, w in steps[: i + 1])))
+                        for i in range(len(steps))))
 law = st.one_of(
+    rising.map(lambda points: CurvedBacklash(points, tuple((v, w + 0.5) for v, w in points))),
     st.builds(LinearF, st.floats(-1e3, 1e3), st.floats(-10, 10)),
     st.builds(lambda s, d, gap: Backlash(s, d, s, d - gap), number, st.floats(-10, 10), st.floats(0, 10)),
 )
@@ -110,6 +114,31 @@ def test_the_model_of_an_explanation_is_a_rig(tmp_path: Path) -> None:
 ])
 def test_a_wrong_rig_is_refused_with_its_line(wrong: str, right: str, message: str) -> None:
     assert message in refused(PLAIN.replace(right, wrong))
+
+
+CURVED = PLAIN.replace("{backlash: {S_L: 8, D_L: 1.25 V, S_U: 8, D_U: -1250 mV}}", """{curved_backlash: {
+    L: [[-1 V, -18 V], [1 V, -2 V], [3000 mV, 13 V]],
+    U: [[-3 V, -14 V], [1 V, 18 V]]}}""")
+
+
+def test_bent_borders_are_points_with_units() -> None:
+    model = parse_rig(CURVED, "r.yaml").model
+    assert model.f == CurvedBacklash(((-1.0, -18.0), (1.0, -2.0), (3.0, 13.0)), ((-3.0, -14.0), (1.0, 18.0)))
+    assert parse_rig(model_to_yaml(model), "r.yaml").model == model
+    assert parse_rig(CURVED + "fixed: [F.L]\n", "r.yaml").model.fixed == ("F.L",)
+
+
+@pytest.mark.parametrize(("wrong", "right", "message"), [
+    ("[1, -2 V]", "[1 V, -2 V]", "r.yaml:5: F.curved_backlash.L[1][0]: a number without a unit: 1; allowed: a voltage"),
+    ("[-1 V, -2 V]", "[1 V, -2 V]", "F.curved_backlash.L[1][0]: a border rises in v: -1 V; allowed: above the -1 V"),
+    ("[1 V, -19 V]", "[1 V, -2 V]", "F.curved_backlash.L[1][1]: a border rises in w: -19 V; allowed: above the -18 V"),
+    ("[[1 V, 18 V]]", "[[-3 V, -14 V], [1 V, 18 V]]", "r.yaml:6: F.curved_backlash.U: "),
+    ("[1 V, -2 V, 3 V]", "[1 V, -2 V]", "r.yaml:5: F.curved_backlash.L[1]: "),
+    ("[1 V, -13 V]", "[1 V, 18 V]", "r.yaml:4: F.curved_backlash: the borders cross: at v = 3 V L is 13 V, U -12.5 V"),
+])
+def test_wrong_bent_borders_are_refused_with_their_line(wrong: str, right: str, message: str) -> None:
+    assert right in CURVED
+    assert message in refused(CURVED.replace(right, wrong))
 
 
 @pytest.mark.parametrize(("text", "message"), [
