@@ -1,16 +1,18 @@
 """The stages of the plain model: the source with its delay, linear blocks, and F with or without memory."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from identify import kernels
 from identify.discretise import Stepper, stepper
 from identify.model import Backlash, LinearF, Rational
+from identify.sections import product, sections
 from identify.stage import Block, Grid, Held, Parameter, Place, Ramp, Run, Shape, Stage, Values, memoryless
 from identify.trace import Array
 
-TOLERANCE_FACTOR = 3.0  # a refitted coefficient of a linear block stays within this factor of the rig file's
+TOLERANCE_FACTOR = 3.0  # a refitted value of a linear block's denominator stays within this factor of the rig file's
 
 
 @dataclass(frozen=True)
@@ -66,37 +68,55 @@ def _interpolating_delay_line(whole: int, fraction: float) -> Run:
 class LinearBlock(Stage):
     """G1 or G2: a rational function of s whose DC gain stays as the rig file gives it (it is F's to scale).
 
-    The constant terms of numerator and denominator are one; what is fitted are the other coefficients: denominators
-    in log coordinates within a factor of the start, numerators linear in units of the block's own time constant.
+    Fitted are the denominator's sections of second order, 1 + s1 s + s2 s^2, in log coordinates within a factor of the
+    start (one section of first order where the order is odd), so that every value is stable; and the numerator's
+    coefficients over its constant term, linear, so that zeros may lie anywhere.
     """
 
     start: Rational
     name: str
     place: Place
+    within: float = TOLERANCE_FACTOR
 
     def parameters(self) -> tuple[Parameter, ...]:
-        """Return ``NAME.den.s2, NAME.den.s1, NAME.num.s1 ...``: coefficients by power of s."""
-        order = len(self.start.den) - 1
-        den = tuple(
-            Parameter(f"{self.name}.den.s{k}", f"s^{k}", "log", within=TOLERANCE_FACTOR) for k in range(order, 0, -1)
-        )
-        time_s = abs(self.start.den[0] / self.start.den[-1]) ** (1.0 / max(order, 1))
+        """Return ``NAME.den.s2 NAME.den.s1``, from third order ``NAME.den.section1.s2 ...``; ``NAME.num.s1 ...``."""
         degree = len(self.start.num) - 1
-        num = tuple(
-            Parameter(f"{self.name}.num.s{k}", f"s^{k}", scale=0.1 * time_s**k) for k in range(degree, 0, -1)
+        scales = [self._numerator_scale(k) for k in range(degree, 0, -1)]
+        num = (Parameter(f"{self.name}.num.s{k}", f"s^{k}", scale=scales[degree - k]) for k in range(degree, 0, -1))
+        return (*self._denominator(), *num)
+
+    def _denominator(self) -> tuple[Parameter, ...]:
+        """Return the parameters of the sections."""
+        order = len(self.start.den) - 1
+        powers = [tuple(range(size, 0, -1)) for size in _sizes(order)]
+        prefixes = [""] if order <= 2 else [f"section{i}." for i in range(1, len(powers) + 1)]
+        return tuple(
+            Parameter(f"{self.name}.den.{prefix}s{k}", f"s^{k}", "log", within=self.within)
+            for prefix, part in zip(prefixes, powers, strict=False) for k in part
         )
-        return den + num
+
+    def _numerator_scale(self, power: int) -> float:
+        """Return the natural size of a coefficient: a share of the block's own time constant, or of the start."""
+        order = len(self.start.den) - 1
+        time_s = abs(self.start.den[0] / self.start.den[-1]) ** (1.0 / max(order, 1))
+        given = abs(self.start.num[-1 - power] / self.start.num[-1])
+        return float(max(0.1 * time_s**power, 0.3 * given))
 
     def start_values(self) -> Values:
-        """Return the rig file's coefficients, normalised to constant terms of one."""
-        num, den = self.start.num, self.start.den
-        return tuple(a / den[-1] for a in den[:-1]) + tuple(b / num[-1] for b in num[:-1])
+        """Return the rig file's values; ValueError when its denominator, of third order on, is not stable."""
+        num = self.start.num
+        den = tuple(value for part in sections(self.start.den) for value in part)
+        return den + tuple(b / num[-1] for b in num[:-1])
 
     def rational(self, values: Values) -> Rational:
         """Return the block with fitted coefficients, in descending powers of s."""
         order = len(self.start.den) - 1
         num = tuple(self.start.dc_gain * b for b in (*values[order:], 1.0))
-        return Rational(num, (*values[:order], 1.0), self.start.dead_time_s)
+        if order <= 2:
+            return Rational(num, (*values[:order], 1.0), self.start.dead_time_s)
+        ends = np.cumsum((0, *_sizes(order))).tolist()
+        den = product(values[first:last] for first, last in pairwise(ends))
+        return Rational(num, den, self.start.dead_time_s)
 
     def stepper(self, values: Values, grid: Grid, shape: Shape) -> Stepper:
         """Return the block's exact step on ``grid`` for an input of ``shape``."""
@@ -109,6 +129,11 @@ class LinearBlock(Stage):
         """Return the running block; one without dynamics keeps the shape of its input."""
         out_shape = shape if len(self.start.den) == 1 else Ramp()
         return run_linear(self.stepper(values, grid, shape)), out_shape
+
+
+def _sizes(order: int) -> tuple[int, ...]:
+    """Return the orders of the sections of a denominator."""
+    return (2,) * (order // 2) + (1,) * (order % 2)
 
 
 def run_linear(step: Stepper) -> Run:

@@ -21,7 +21,7 @@ from identify.normalised import scaled_borders
 from identify.observe import Observation, pooled_rms, refined
 from identify.response import played_hz, points
 from identify.staircase import staircase
-from identify.start import started
+from identify.start import stabilised, started
 from identify.trace import Trace, intersample_of
 
 
@@ -39,12 +39,14 @@ def identify(
 def _identified(model: Model, traces: Sequence[Trace], note: Callable[[str, float], None]) -> Identification:
     """Read the staircase, fit, and write the answer."""
     note("reading the staircase", 0.05)
+    model, mirrored = stabilised(model)
     observations, noise = observed(model, traces)
-    stairs = tuple(p for o in observations for p in staircase(o, settling_s(model)))
+    stairs = tuple(p for o in observations for p in staircase(o, settling_s(model), model.g1.dc_gain))
     note("fitting all runs together", 0.2)
     observations, found = fitted(model, observations, stairs)
     note("writing the answer", 0.9)
-    return _answer(model, observations, found, stairs, noise)
+    answer = _answer(model, observations, found, stairs, noise)
+    return replace(answer, warnings=(*mirrored, *answer.warnings))
 
 
 def observed(model: Model, traces: Sequence[Trace]) -> tuple[tuple[Observation, ...], Noise]:

@@ -9,11 +9,11 @@ BORDERS = ("S_L", "D_L", "S_U", "D_U")
 
 
 def scaled_borders(model: Model, fit: Fit, wider: float) -> tuple[dict[str, Interval], dict[str, Interval]]:
-    """Return the borders in the rig file's scale, and with G1(0) = G2(0) = 1 as in the paper."""
+    """Return the borders in the rig file's scale, and with abs(G1(0)) = abs(G2(0)) = 1 as in the paper."""
     if fit.chain.stage_of(Play) is None:
         return {}, {}
     own = {n: Interval(fit.chain.values[f"F.{n}"], *fit.ci95(f"F.{n}", wider)) for n in BORDERS}
-    gains = {"S": model.g1.dc_gain * model.g2.dc_gain, "D": 1.0 / model.g1.dc_gain}
+    gains = {"S": abs(model.g1.dc_gain * model.g2.dc_gain), "D": 1.0 / abs(model.g1.dc_gain)}
     return own, {n: _scaled(i, gains[n[0]]) for n, i in own.items()}
 
 

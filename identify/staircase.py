@@ -29,12 +29,15 @@ class Border:
     crossing_v: float
 
 
-def staircase(observation: Observation, settle_s: float) -> tuple[StairPoint, ...]:
-    """Return the points of every settled dwell of one run; empty when there are fewer than four."""
+def staircase(observation: Observation, settle_s: float, gain_before: float = 1.0) -> tuple[StairPoint, ...]:
+    """Return the points of every settled dwell of one run; empty when there are fewer than four.
+
+    ``gain_before`` is G1(0): with a negative one v falls, and unloads F, where u rises.
+    """
     levels, means, errors = _dwells(observation, round(settle_s * observation.trace.rate_hz))
     if levels.size < 4:
         return ()
-    branches = classified(levels, means, errors)
+    branches = classified(np.sign(gain_before) * levels, means, errors)
     spreads = [Interval(float(m), float(m - 1.96 * e), float(m + 1.96 * e)) for m, e in zip(means, errors, strict=True)]
     run = observation.trace.name
     return tuple(StairPoint(run, float(u), m, b) for u, m, b in zip(levels, spreads, branches, strict=True))
@@ -55,7 +58,7 @@ def _dwells(observation: Observation, settle: int) -> tuple[Array, Array, Array]
 
 
 def classified(levels: Array, means: Array, errors: Array) -> list[Branch]:
-    """Return the branch each point ends on; the rig is at rest at u = 0, y = 0 before the first."""
+    """Return the branch each point ends on, ``levels`` counted in the sense of v; at rest at 0 before the first."""
     steps = np.diff(levels, prepend=0.0)
     moves = np.diff(means, prepend=0.0)
     doubt = 5.0 * np.sqrt(np.square(errors) + np.square(np.concatenate(([0.0], errors[:-1]))))
@@ -90,7 +93,7 @@ def border(points: Sequence[StairPoint], branch: Branch) -> Border | None:
     means = np.array([p.mean_v.value for p in chosen])
     weights = np.array([1.0 / max(p.mean_v.high - p.mean_v.low, 1e-12) for p in chosen])
     slope, offset = np.polyfit(levels, means, 1, w=weights)
-    return Border(float(slope), float(-offset / slope)) if slope > 0.0 else None
+    return Border(float(slope), float(-offset / slope)) if slope != 0.0 else None
 
 
 def borders(points: Sequence[StairPoint], gain_before: float, gain_behind: float) -> dict[str, float]:
@@ -99,10 +102,12 @@ def borders(points: Sequence[StairPoint], gain_before: float, gain_behind: float
     ``gain_before`` and ``gain_behind`` are G1(0) and G2(0): v = gain_before u, x = gain_behind w once settled.
     """
     lower, upper = border(points, "loading"), border(points, "unloading")
-    if lower is None or upper is None or lower.crossing_v < upper.crossing_v:
+    if lower is None or upper is None:
         return {}
     scale = 1.0 / (gain_before * gain_behind)
-    return {
+    found = {
         "F.S_L": lower.slope * scale, "F.D_L": lower.crossing_v * gain_before,
         "F.S_U": upper.slope * scale, "F.D_U": upper.crossing_v * gain_before,
     }  # fmt: skip
+    rising = min(found["F.S_L"], found["F.S_U"]) > 0.0
+    return found if rising and found["F.D_L"] >= found["F.D_U"] else {}

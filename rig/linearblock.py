@@ -16,7 +16,7 @@ UNSTABLE_AT = -1e-9
 
 
 def check_block(num: Sequence[float], den: Sequence[float]) -> None:
-    """Raise MisfitError unless num/den is proper, asymptotically stable, and has a gain at 0 Hz (assumption A1)."""
+    """Raise MisfitError unless num/den is proper and has a gain at 0 Hz (assumption A1)."""
     if den[0] == 0:
         raise MisfitError("the leading coefficient of den is 0", do="leave it out: powers of s descend")
     if not any(num):
@@ -26,7 +26,23 @@ def check_block(num: Sequence[float], den: Sequence[float]) -> None:
                           allowed="the order of num at most that of den", do="add the pole that limits it")
     if num[-1] == 0:
         raise MisfitError("no gain at 0 Hz", do="model a.c. coupling as physics: input_ac_coupling or ac_coupling")
-    _check_stable(poles(den))
+
+
+def check_stable(den: Sequence[float]) -> None:
+    """Raise MisfitError unless every root of den(s) lies left of 0."""
+    roots = poles(den)
+    if roots.size == 0:
+        return
+    worst = roots[np.argmax(roots.real)]
+    if worst.real > UNSTABLE_AT * max(abs(worst), np.finfo(float).tiny) or worst == 0:
+        raise MisfitError("the block is not stable", value=f"a pole at {worst.real:.6g} rad/s",
+                          allowed="every pole left of 0", do="check the signs in den")
+
+
+def may_start_unstable(den: Sequence[float]) -> bool:
+    """Return whether values some 30 % off can make a stable denominator this one: its order is 3 or more, and all its
+    coefficients have one sign."""
+    return len(den) > 3 and (min(den) > 0.0 or max(den) < 0.0)
 
 
 def poles(den: Sequence[float]) -> NDArray[np.complex128]:
@@ -37,8 +53,11 @@ def poles(den: Sequence[float]) -> NDArray[np.complex128]:
 def settling_time_s(blocks: Sequence[Coefficients], dead_time_s: float, fraction: float) -> float:
     """Return the time in s after which the step response of a chain of (num, den) stays within ``fraction`` of its end.
 
-    Read off the exact response at INSTANTS instants, rounded up to the next of them.
+    Read off the exact response at INSTANTS instants, rounded up to the next of them. Raises MisfitError when a block is
+    not stable.
     """
+    for _, den in blocks:
+        check_stable(den)
     num, den = _product([num for num, _ in blocks]), _product([den for _, den in blocks])
     if len(den) == 1:
         return dead_time_s
@@ -68,12 +87,3 @@ def _remainder(num: tuple[float, ...], den: tuple[float, ...], step_s: float) ->
         states[instant] = state
         state = forward @ state
     return np.asarray(states @ taps * den[-1] / num[-1], dtype=np.float64)
-
-
-def _check_stable(roots: NDArray[np.complex128]) -> None:
-    if roots.size == 0:
-        return
-    worst = roots[np.argmax(roots.real)]
-    if worst.real > UNSTABLE_AT * max(abs(worst), np.finfo(float).tiny) or worst == 0:
-        raise MisfitError("the block is not stable", value=f"a pole at {worst.real:.6g} rad/s",
-                          allowed="every pole left of 0", do="check the signs in den")

@@ -4,8 +4,8 @@ The same form is written into reports and JSON: ``model_to_dict`` and ``read_rig
 last bit. ``read_rig`` also takes the JSON of ``rig explain``, whose ``model`` is in this form.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import isfinite
 from pathlib import Path
@@ -17,7 +17,7 @@ from pydantic import Field, Tag
 from identify.model import Backlash, CurvedBacklash, LinearF, Model, NonlinearF, Physics, Points, Rational
 from rig.errors import FileError, MisfitError, unknown
 from rig.forms import BY_SHAPE, Form, Gain, Seconds, Volts
-from rig.linearblock import check_block
+from rig.linearblock import check_block, check_stable, may_start_unstable
 from rig.units import exact, quantity
 from rig.yamlfile import Document, Keys, parse_json, parse_yaml, read_text
 
@@ -36,11 +36,21 @@ PHYSICS_KEYS = ("stage", "form")
 
 @dataclass(frozen=True)
 class RigFile:
-    """A rig as its file describes it; only a simulated device plays ``concealed``."""
+    """A rig as the file ``where`` describes it; only a simulated device plays ``concealed``."""
 
     model: Model
     concealed: tuple[Physics, ...]
     text: str
+    where: str = "the rig file"
+
+    def simulated(self) -> Model:
+        """Return what a simulated device plays; raise FileError for a block that is only a start for a fit."""
+        for name, block in (("G1", self.model.g1), ("G2", self.model.g2)):
+            try:
+                check_stable(block.den)
+            except MisfitError as error:
+                raise error.placed(f"{self.where}: {name}") from error
+        return replace(self.model, physics=(*self.model.physics, *self.concealed))
 
 
 class BlockForm(Form):
@@ -112,11 +122,11 @@ def parse_rig(text: str, where: str) -> RigFile:
     form = RigForm.read(document, *keys)
     physics = _physics(document, (*keys, "physics"), form.physics)
     model = Model(
-        title=form.rig, g1=_block(document, (*keys, "G1"), form.G1), f=_f(document, (*keys, "F"), form.F),
-        g2=_block(document, (*keys, "G2"), form.G2), noise_v=form.noise,
-        fixed=_fixed(document, (*keys, "fixed"), form, physics), physics=physics,
+        title=form.rig, g1=_block(document, (*keys, "G1"), form.G1, form.fixed),
+        f=_f(document, (*keys, "F"), form.F), g2=_block(document, (*keys, "G2"), form.G2, form.fixed),
+        noise_v=form.noise, fixed=_fixed(document, (*keys, "fixed"), form, physics), physics=physics,
     )
-    return RigFile(model, _physics(document, (*keys, "concealed"), form.concealed), text)
+    return RigFile(model, _physics(document, (*keys, "concealed"), form.concealed), text, where)
 
 
 def model_to_dict(model: Model) -> dict[str, Any]:
@@ -148,9 +158,13 @@ def _root(document: Document) -> Keys:
     return ("model",) if isinstance(data.get("model"), dict) else ()
 
 
-def _block(document: Document, keys: Keys, form: BlockForm) -> Rational:
+def _block(document: Document, keys: Keys, form: BlockForm, fixed: Sequence[str]) -> Rational:
+    """Return a block; only one that is to be fitted may be unstable at its starting values."""
+    name = str(keys[-1])
     try:
         check_block(form.num, form.den)
+        if {name, f"{name}.den"} & set(fixed) or not may_start_unstable(form.den):
+            check_stable(form.den)
     except MisfitError as error:
         raise error.placed(document.at(*keys)) from error
     return Rational(tuple(map(float, form.num)), tuple(map(float, form.den)), form.dead_time)

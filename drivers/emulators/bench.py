@@ -1,7 +1,5 @@
 """What stands behind every simulated device: DAC, the simulated rig, ADC?"""
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,8 +13,8 @@ class Bench:
     """A rig between a DAC and an ADC: codes in, codes out, state kept from block to block."""
 
     def __init__(self, rig: RigFile, can: Capabilities) -> None:
-        """Wire the rig, with the physics its file conceals, to converters of the device's resolution."""
-        self._model = replace(rig.model, physics=(*rig.model.physics, *rig.concealed))
+        """Wire the rig, with what its file conceals, to converters of the device's resolution. Raises FileError."""
+        self._model = rig.simulated()
         self.dac, self.adc = dac(can), adc(can)
         self._player: Player | None = None
 

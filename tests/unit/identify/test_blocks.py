@@ -81,6 +81,34 @@ def test_parameters_of_a_linear_block_are_its_coefficients_by_power():
     assert G1.start_values() == pytest.approx((5e-8, 2e-3, 4e-4))
 
 
+@pytest.mark.parametrize(("order", "names"), [
+    (1, ["s1"]),
+    (2, ["s2", "s1"]),
+    (3, ["section1.s2", "section1.s1", "section2.s1"]),
+    (4, ["section1.s2", "section1.s1", "section2.s2", "section2.s1"]),
+])
+def test_a_denominator_is_fitted_in_sections(order, names):
+    den = tuple(np.poly([-1.0, -3.0, -10.0, -40.0][:order]))
+    block = LinearBlock(Rational((1.0,), den), "G2", Place.G2)
+    assert [p.name for p in block.parameters()] == [f"G2.den.{name}" for name in names]
+    fitted = block.rational(block.start_values())
+    assert np.asarray(fitted.den) * den[-1] == pytest.approx(den, rel=1e-12)
+
+
+@settings(max_examples=60)
+@given(st.lists(st.floats(-5.0, 5.0), min_size=4, max_size=4), st.integers(3, 4))
+def test_every_value_of_sections_is_stable(logs, order):
+    den = tuple(np.poly([-1.0, -3.0, -10.0, -40.0][:order]))
+    block = LinearBlock(Rational((1.0,), den), "G2", Place.G2)
+    fitted = block.rational(tuple(np.exp(logs[:order])))
+    assert np.all(np.roots(fitted.den).real < 0.0)
+
+
+def test_a_numerator_is_searched_at_its_own_size():
+    slow = LinearBlock(Rational((1.0, 1.0), (1e-5, 1e-2, 1.0)), "G1", Place.G1)
+    assert slow.parameters()[-1].scale == pytest.approx(0.3)
+
+
 def test_a_linear_block_keeps_its_gain_whatever_is_fitted():
     fitted = G1.rational((1e-7, 3e-3, 1e-4))
     assert fitted.dc_gain == pytest.approx(2.5)

@@ -1,5 +1,7 @@
 """Do the settled points of a staircase know their branch, and the borders through them?"""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -61,6 +63,21 @@ def test_gains_around_f_are_taken_out() -> None:
     found = borders(points(), 2.0, 0.5)
     assert found["F.S_L"] == pytest.approx(8.0, rel=2e-3)
     assert found["F.D_L"] == pytest.approx(2.5, rel=5e-3)
+
+
+@pytest.mark.parametrize(("before", "behind"), [(-1.0, 1.0), (1.0, -1.0), (-2.0, -0.5)])
+def test_negative_gains_turn_the_staircase_and_leave_the_borders(before: float, behind: float) -> None:
+    rig = replace(SKEWED, g1_num=(1000.0 * before,), g2_num=(1000.0 * behind,), s_l=7.0, d_l_v=1.0 * abs(before))
+    stimulus = walk("walk", FIG13_LEVELS_V, 0.25)
+    found = staircase(observed(recorded(rig, stimulus, (), NOISE_V, seed=3, fine=8), NOISE_V), SETTLE_S, before)
+    assert found[0].branch == ("unloading" if before > 0.0 else "loading")
+    assert found[0].level_v == -3.0
+    values = borders(found, before, behind)
+    assert values["F.S_L"] == pytest.approx(7.0, rel=5e-3)
+    assert values["F.D_L"] == pytest.approx(abs(before), abs=1e-2)
+    assert values["F.S_U"] == pytest.approx(8.5, rel=5e-3)
+    assert values["F.D_U"] == pytest.approx(-1.3, abs=1e-2)
+    assert borders(found, before, -behind) == {}
 
 
 def test_too_few_dwells_are_no_staircase() -> None:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.signal import step
 
 from rig.errors import MisfitError
-from rig.linearblock import check_block, settling_time_s
+from rig.linearblock import check_block, check_stable, may_start_unstable, settling_time_s
 
 
 @pytest.mark.parametrize(("num", "den", "message"), [
@@ -15,18 +15,37 @@ from rig.linearblock import check_block, settling_time_s
     ([0, 0], [1, 1], "num is 0"),
     ([1, 0, 1], [1, 1], "more zeros than poles"),
     ([1, 0], [1, 1], "no gain at 0 Hz"),
-    ([1], [1, -1], "not stable: a pole at 1 rad/s"),
-    ([1], [1, 0], "not stable"),
-    ([1], [1, 0, 1], "not stable"),
 ])
 def test_a_block_that_cannot_be_played_is_refused(num: list[float], den: list[float], message: str) -> None:
     with pytest.raises(MisfitError, match=message):
         check_block(num, den)
 
 
+@pytest.mark.parametrize(("den", "message"), [
+    ([1, -1], "not stable: a pole at 1 rad/s"),
+    ([1, 0], "not stable"),
+    ([1, 0, 1], "not stable"),
+    ([1, 0.5, 1, 1], "not stable"),
+])
+def test_a_block_that_is_not_stable_is_refused_where_it_is_to_be_played(den: list[float], message: str) -> None:
+    with pytest.raises(MisfitError, match=message):
+        check_stable(den)
+    with pytest.raises(MisfitError, match=message):
+        settling_time_s([([1], [1, 1]), ([1], den)], 0.0, 1e-3)
+
+
+def test_only_a_third_order_of_one_sign_may_start_unstable() -> None:
+    assert may_start_unstable([1, 0.5, 1, 1])
+    assert may_start_unstable([-1, -0.5, -1, -1])
+    assert not may_start_unstable([1, -0.5, 1, 1])
+    assert not may_start_unstable([1, 0.0, 1, 1])
+    assert not may_start_unstable([1, 0.5, 1])
+
+
 @pytest.mark.parametrize(("num", "den"), [([1], [1]), ([2, 1], [1, 1]), ([1000], [1e-4, 20, 1000])])
 def test_a_proper_stable_block_is_taken(num: list[float], den: list[float]) -> None:
     check_block(num, den)
+    check_stable(den)
 
 
 def test_first_order_settles_after_the_logarithm_of_the_fraction() -> None:

@@ -155,5 +155,25 @@ def test_wrong_physics_is_refused_with_its_line(text: str, message: str) -> None
     assert message in refused(PLAIN + text)
 
 
+RINGING = PLAIN.replace("den: [1.0e-4, 20, 1000]", "den: [1, 0.5, 1, 1]")
+
+
+def test_a_third_order_may_start_unstable_where_it_is_fitted_but_is_not_played() -> None:
+    rig = parse_rig(RINGING, "r.yaml")
+    assert rig.model.g1.den == (1.0, 0.5, 1.0, 1.0)
+    with pytest.raises(FileError, match=r"r\.yaml: G1: the block is not stable"):
+        rig.simulated()
+
+
+@pytest.mark.parametrize("fixed", ["G1", "G1.den"])
+def test_a_fixed_block_is_stable(fixed: str) -> None:
+    assert "r.yaml:3: G1: the block is not stable" in refused(RINGING + f"fixed: [{fixed}]\n")
+
+
+def test_a_simulated_rig_plays_what_it_conceals_too() -> None:
+    rig = parse_rig(TEXT.replace("delay: 1 ms", DELAY), "r.yaml")
+    assert [piece.id for piece in rig.simulated().physics] == ["dead_time", "saturation"]
+
+
 def test_an_empty_file_says_how_a_rig_starts() -> None:
     assert refused("") == "r.yaml: the file is empty; a rig file starts with 'spec: 1'"
