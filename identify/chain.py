@@ -8,12 +8,13 @@ from typing import TypeVar
 import numpy as np
 
 from identify import kernels
+from identify.between import source_of
 from identify.blocks import Gain, LinearBlock, Play, Source
 from identify.curved import CurvedPlay
 from identify.discretise import without_leading_zeros
 from identify.model import Backlash, CurvedBacklash, LinearF, Model, NonlinearF, Rational
 from identify.stage import Block, Grid, Held, Parameter, Place, Ramp, Run, Shape, Stage, Values
-from identify.trace import Array, Intersample, Trace
+from identify.trace import Array, Intersample, Samples, Trace
 
 S = TypeVar("S", bound=Stage)
 
@@ -115,30 +116,12 @@ def f_stage(f: NonlinearF | LinearF) -> Play | CurvedPlay | Gain:
     return CurvedPlay(f) if isinstance(f, CurvedBacklash) else Gain(f)
 
 
-def source_voltage(u: Array, intersample: Intersample, substeps: int, before: float = 0.0) -> Array:
-    """Return the source voltage just before each instant, shape (N * substeps,).
-
-    Held: u[k] acts from its own instant on, so the voltage just before it is still u[k-1] (``before`` for k = 0).
-    """
-    if intersample == "held":
-        fine = np.repeat(u, substeps)
-        return np.concatenate(([before], fine[:-1]))
-    if substeps == 1:
-        return u
-    if intersample == "bandlimited":
-        from scipy.signal import resample
-
-        return np.asarray(resample(u, u.size * substeps), dtype=np.float64)
-    sample = np.arange(u.size * substeps) / substeps
-    return np.asarray(np.interp(sample, np.arange(u.size), u), dtype=np.float64)
-
-
 def grid_of(trace: Trace, substeps: int = 1) -> Grid:
     """Return the instants on which ``trace`` is simulated."""
     return Grid(trace.name, 1.0 / (trace.rate_hz * substeps), substeps, trace.start_s)
 
 
-def chunks(source: Array, grid: Grid) -> Iterator[Block]:
+def chunks(source: Samples, grid: Grid) -> Iterator[Block]:
     """Yield the source voltage in stretches of whole samples."""
     size = max(CHUNK // grid.substeps, 1) * grid.substeps
     for first in range(0, source.size, size):
@@ -156,7 +139,7 @@ def signals(chain: Chain, trace: Trace, substeps: int = 1) -> list[Array]:
     grid = grid_of(trace, substeps)
     runs = chain.begin(grid)
     taps: list[list[Array]] = [[] for _ in runs]
-    for entering in chunks(source_voltage(trace.u, trace.intersample, substeps), grid):
+    for entering in chunks(source_of(trace, substeps), grid):
         block = entering
         for i, run in enumerate(runs):
             block = advance(run, block)
@@ -168,8 +151,7 @@ def simulate(chain: Chain, trace: Trace, substeps: int = 1) -> Array:
     """Return the chain's answer at the sample instants, V, shape (N,), from rest."""
     grid = grid_of(trace, substeps)
     run = running(chain, grid)
-    source = source_voltage(trace.u, trace.intersample, substeps)
-    out = [run(block)[::substeps] for block in chunks(source, grid)]
+    out = [run(block)[::substeps] for block in chunks(source_of(trace, substeps), grid)]
     return out[0] if len(out) == 1 else np.concatenate(out)
 
 

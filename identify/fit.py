@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, eigh
 from scipy.optimize import lsq_linear
 
-from identify.chain import Chain, advance, chunks, grid_of, local_name, running
+from identify.chain import Chain, advance, grid_of, local_name
 from identify.observe import Observation
 from identify.stage import Block, Parameter
 from identify.trace import Array
@@ -179,12 +179,7 @@ def chi_squared(chain: Chain, observation: Observation) -> float:
     """Return the sum of squared residuals in units of the noise; infinity where the chain cannot be simulated."""
     try:
         with np.errstate(over="ignore", invalid="ignore"):
-            grid = grid_of(observation.trace, observation.substeps)
-            run, total = running(chain, grid), 0.0
-            for block in chunks(observation.source, grid):
-                at = slice(block.first // grid.substeps, (block.first + block.signal.size) // grid.substeps)
-                residual = (observation.trace.y[at] - run(block)[:: grid.substeps])[observation.use[at]]
-                total += float(residual @ residual)
+            total = sum(float(residual @ residual) for residual in observation.misfits(chain))
     except (ValueError, ArithmeticError, LinAlgError):
         return float("inf")
     return total / observation.noise_v**2
@@ -198,21 +193,19 @@ def sensitivities(
     base = chain.begin(grid)
     firsts = [chain.first_difference(other, grid.run) for other in varied]
     others = [other.begin(grid, first) for other, first in zip(varied, firsts, strict=True)]
-    for entering in chunks(observation.source, grid):
-        passed: list[Block] = [entering]
+    for piece in observation.pieces():
+        passed: list[Block] = [piece.entering]
         for stage in base:
             passed.append(advance(stage, passed[-1]))
-        at = slice(entering.first // grid.substeps, (entering.first + entering.signal.size) // grid.substeps)
-        use = observation.use[at]
-        answer = passed[-1].signal[:: grid.substeps][use]
+        answer = piece.used(passed[-1].signal)
         slopes = np.zeros((len(varied), answer.size))
         for row, first, runs in zip(slopes, firsts, others, strict=True):
             if runs:
                 block = passed[first]
                 for stage in runs:
                     block = advance(stage, block)
-                row[:] = (block.signal[:: grid.substeps][use] - answer) / (DIFFERENCE * observation.noise_v)
-        yield (observation.trace.y[at][use] - answer) / observation.noise_v, slopes
+                row[:] = (piece.used(block.signal) - answer) / (DIFFERENCE * observation.noise_v)
+        yield piece.misfit(passed[-1].signal) / observation.noise_v, slopes
 
 
 def _search(problem: _Problem, theta: Array, iterations: int) -> Fit:

@@ -77,7 +77,7 @@ def _answer(
     wider = inflation(found.chain, observations)
     own, normalised = scaled_borders(model, found, wider)
     rms_v = pooled_rms([o.used_residual(found.chain) for o in observations])
-    spread_v = pooled_rms([o.trace.y[o.use] - np.mean(o.trace.y[o.use]) for o in observations])
+    spread_v = pooled_rms([o.trace.y[:][o.use] - np.mean(o.trace.y[:][o.use]) for o in observations])
     blocks = {s.name: s for s in found.chain.stages if isinstance(s, LinearBlock)}
     frequencies = played_hz(observations, _corner_hz(model))
     refitted = replace(model_of(found.chain, model), noise_v=noise.rms_v, physics=physics_in(found.chain))

@@ -60,7 +60,7 @@ def noise_of(traces: Sequence[Trace], settle_s: float, declared_v: float | None 
 
 def quantisation_rms(traces: Sequence[Trace]) -> float:
     """Return the noise of the ADC's steps, LSB / sqrt(12), in V; 0 when the readings lie on no coarse grid."""
-    lsb = min((_grid_step(trace.y[good(trace)]) for trace in traces), default=0.0)
+    lsb = min((_grid_step(trace.y[:][good(trace)]) for trace in traces), default=0.0)
     return lsb / float(np.sqrt(12.0))
 
 
@@ -96,7 +96,7 @@ def _of_periods(trace: Trace, settle: int, pool: _Pool) -> _Pool:
 
 def _of_dwells(trace: Trace, settle: int, pool: _Pool) -> _Pool:
     """Add the differences between successive samples where the stimulus has long been constant."""
-    calm = quiet(trace.u, settle) & good(trace)
+    calm = quiet(trace.u[:], settle) & good(trace)
     e = np.diff(trace.y)[calm[1:] & calm[:-1]]
     return pool.with_differences(e, 2.0)
 

@@ -1,16 +1,35 @@
 """What a fit looks at: a trace, which of its samples count, how noisy they are, and how finely to simulate it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from identify.chain import Chain, simulate, source_voltage
-from identify.trace import Array, Mask, Trace
+from identify.between import source_of
+from identify.chain import Chain, chunks, grid_of, running, simulate
+from identify.stage import Block
+from identify.trace import Array, Mask, Samples, Trace
 
 FINEST = 32  # instants to a sample, at most
 LARGEST = 1 << 24  # instants of a run, at most: bounds memory
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A stretch of whole samples: what enters the chain, the readings in V, and which of them count."""
+
+    entering: Block
+    y: Array
+    use: Mask
+
+    def used(self, signal: Array) -> Array:
+        """Return the readings' instants that count of a signal on the piece's grid."""
+        return signal[:: self.entering.grid.substeps][self.use]
+
+    def misfit(self, answer: Array) -> Array:
+        """Return reading less answer where it counts, V, from the chain's answer at every instant."""
+        return np.asarray((self.y - answer[:: self.entering.grid.substeps])[self.use])
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,18 +42,30 @@ class Observation:
     substeps: int = 1
 
     @cached_property
-    def source(self) -> Array:
+    def source(self) -> Samples:
         """Return the source voltage just before each instant."""
-        return source_voltage(self.trace.u, self.trace.intersample, self.substeps)
+        return source_of(self.trace, self.substeps)
 
     @cached_property
     def count(self) -> int:
         """Return how many samples count."""
         return int(np.count_nonzero(self.use))
 
+    def pieces(self) -> Iterator[Piece]:
+        """Yield the run from its beginning, a chunk at a time: whoever walks it needs memory for one."""
+        grid = grid_of(self.trace, self.substeps)
+        for block in chunks(self.source, grid):
+            at = slice(block.first // grid.substeps, (block.first + block.signal.size) // grid.substeps)
+            yield Piece(block, self.trace.y[at], self.use[at])
+
+    def misfits(self, chain: Chain) -> Iterator[Array]:
+        """Yield the residual of the samples that count, V, chunk by chunk."""
+        run = running(chain, grid_of(self.trace, self.substeps))
+        return (piece.misfit(run(piece.entering)) for piece in self.pieces())
+
     def residual(self, chain: Chain) -> Array:
         """Return y minus the chain's answer, V, shape (N,)."""
-        return np.asarray(self.trace.y - simulate(chain, self.trace, self.substeps))
+        return np.asarray(self.trace.y[:] - simulate(chain, self.trace, self.substeps))
 
     def used_residual(self, chain: Chain) -> Array:
         """Return the residual of the samples that count, shape (count,)."""

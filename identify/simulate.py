@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from identify.chain import running, source_voltage
+from identify.between import source_voltage
+from identify.chain import running
 from identify.effects import chain_of
 from identify.model import Model
 from identify.stage import Block, Grid

@@ -46,13 +46,14 @@ def staircase(observation: Observation, settle_s: float, gain_before: float = 1.
 def _dwells(observation: Observation, settle: int) -> tuple[Array, Array, Array]:
     """Return level, mean reading and its standard error of every dwell with enough settled readings."""
     trace = observation.trace
-    settled = quiet(trace.u, settle) & good(trace) & observation.use
-    edges = np.flatnonzero(np.diff(trace.u, prepend=np.nan) != 0.0)
+    u = trace.u[:]
+    settled = quiet(u, settle) & good(trace) & observation.use
+    edges = np.flatnonzero(np.diff(u, prepend=np.nan) != 0.0)
     rows = []
     for start, stop in zip(edges, [*edges[1:], trace.size], strict=True):
         y = trace.y[start:stop][settled[start:stop]]
         if y.size >= ENOUGH:
-            rows.append((trace.u[start], np.mean(y), observation.noise_v / np.sqrt(y.size)))
+            rows.append((u[start], np.mean(y), observation.noise_v / np.sqrt(y.size)))
     table = np.array(rows).reshape(-1, 3)
     return table[:, 0], table[:, 1], table[:, 2]
 

@@ -1,15 +1,49 @@
 """What was played and what came back: the one form in which data enter identification."""
 
-from collections.abc import Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Intersample = Literal["held", "linear", "bandlimited"]
+
+LONG = 1 << 20  # samples read at once by what looks at a whole recording: 8 MB a signal
+
+
+@dataclass(frozen=True)
+class Stored(ABC):
+    """A signal in V that stays where it is kept: a slice of it is read when it is asked for, ``[:]`` is all of it."""
+
+    size: int
+
+    @abstractmethod
+    def read(self, start: int, stop: int) -> Array:
+        """Return the samples [start, stop), 0 <= start < stop <= size."""
+
+    def __getitem__(self, at: slice) -> Array:
+        """Return a slice, its step above 0."""
+        start, stop, step = at.indices(self.size)
+        if step < 1:
+            raise ValueError(f"a stored signal is read forwards, not in steps of {step}")
+        return self.read(start, stop)[::step] if start < stop else np.empty(0)
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> Array:
+        """Return all of it."""
+        return np.asarray(self[:], dtype=dtype)
+
+
+Samples = Array | Stored
+"""A signal in V, shape (N,), of which slices can be had."""
+
+
+def blocks(start: int, stop: int, size: int = LONG) -> Iterator[tuple[int, int]]:
+    """Yield [start, stop) in successive stretches of ``size`` samples, the last one shorter."""
+    return ((first, min(first + size, stop)) for first in range(start, stop, size))
 
 
 def frozen_array(values: object, dtype: type = np.float64) -> NDArray[np.float64]:
@@ -19,6 +53,11 @@ def frozen_array(values: object, dtype: type = np.float64) -> NDArray[np.float64
         raise ValueError(f"a signal has one dimension, this one has shape {array.shape}")
     array.flags.writeable = False
     return array
+
+
+def frozen(signal: Samples) -> Samples:
+    """Return a signal that cannot be written to."""
+    return signal if isinstance(signal, Stored) else frozen_array(signal)
 
 
 @dataclass(frozen=True)
@@ -44,8 +83,8 @@ class Trace:
 
     name: str
     rate_hz: float
-    u: Array
-    y: Array
+    u: Samples
+    y: Samples
     intersample: Intersample = "held"
     start_s: float = 0.0
     steps: tuple[Step, ...] = ()
@@ -54,8 +93,8 @@ class Trace:
 
     def __post_init__(self) -> None:
         """Freeze the arrays and refuse what cannot be a recording (ValueError)."""
-        object.__setattr__(self, "u", frozen_array(self.u))
-        object.__setattr__(self, "y", frozen_array(self.y))
+        object.__setattr__(self, "u", frozen(self.u))
+        object.__setattr__(self, "y", frozen(self.y))
         if self.u.size != self.y.size or self.u.size == 0:
             raise ValueError(
                 f"{self.name}: u has {self.u.size} samples and y has {self.y.size}; both must be equal and > 0"

@@ -60,7 +60,8 @@ def simulated(played: "Simulated") -> Iterator[str]:
     from identify.observe import rms
 
     good = slice(None) if played.trace.valid is None else played.trace.valid
-    off, span = rms((played.trace.y - played.answer)[good]), rms((played.trace.y - played.trace.y.mean())[good])
+    y = played.trace.y[:]
+    off, span = rms((y - played.answer)[good]), rms((y - y.mean())[good])
     yield f"{played.trace.name}: {played.model.title} from rest, {played.trace.size} samples"
     yield f"  recording minus model {shown(off, 'V')} rms; y varies by {shown(span, 'V')} rms"
 

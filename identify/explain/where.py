@@ -24,7 +24,7 @@ def coordinate(axis: str, chain: Chain, observation: Observation) -> Array:
     if axis == "clock time":
         return trace.start_s + np.arange(trace.size) / trace.rate_hz
     if axis == "level of u":
-        return trace.u
+        return trace.u[:]
     taps = signals(chain, trace)
     if axis == "level of y":
         return taps[-1]

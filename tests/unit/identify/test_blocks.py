@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from identify.between import source_voltage
 from identify.blocks import Gain, LinearBlock, Play, Source, run_linear
-from identify.chain import source_voltage
 from identify.discretise import stepper
 from identify.model import Backlash, LinearF, Rational
 from identify.stage import Block, Grid, Held, Parameter, Place, Ramp

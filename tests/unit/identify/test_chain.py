@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from identify import chain as chain_module
+from identify.between import source_voltage
 from identify.blocks import Gain, LinearBlock, Play, Source
 from identify.chain import (
     CHUNK,
@@ -20,7 +21,6 @@ from identify.chain import (
     running,
     signals,
     simulate,
-    source_voltage,
 )
 from identify.effects import chain_of
 from identify.model import Backlash, LinearF, Model, Physics, Rational
