@@ -13,11 +13,12 @@ from identify.blocks import Gain, LinearBlock, Play, Source
 from identify.curved import CurvedPlay
 from identify.discretise import without_leading_zeros
 from identify.model import Backlash, CurvedBacklash, LinearF, Model, NonlinearF, Rational
-from identify.stage import Block, Grid, Held, Parameter, Place, Ramp, Run, Shape, Stage, Values
+from identify.stage import Block, Grid, Held, Parameter, Place, Ramp, Run, Shape, Stage, Values, is_fixed
 from identify.trace import Array, Intersample, Samples, Trace
 
 S = TypeVar("S", bound=Stage)
 
+DELAY = "delay"  # the one parameter of all dead times that G1 and G2 are given
 CHUNK = 1 << 16  # instants handled at once: bounds memory, stays near the cache
 
 
@@ -101,9 +102,7 @@ def plain_chain(model: Model, intersample: Intersample = "held") -> Chain:
         for block, place in ((model.g1, Place.G1), (model.g2, Place.G2))
     )
     f = f_stage(model.f)
-    delays = (Parameter("G2.dead_time", "s", "log"),) if model.g2.dead_time_s > 0 else ()
-    source = Source(intersample == "held", model.g1.dead_time_s, delays)
-    values = dict(zip([p.name for p in delays], [model.g2.dead_time_s] * len(delays), strict=True))
+    source, values = _late_source(model, intersample == "held")
     for stage in (g1, f, g2):
         values |= dict(zip([p.name for p in stage.parameters()], stage.start_values(), strict=True))
     return Chain((source, g1, f, g2), values)
@@ -114,6 +113,18 @@ def f_stage(f: NonlinearF | LinearF) -> Play | CurvedPlay | Gain:
     if isinstance(f, Backlash):
         return Play(f)
     return CurvedPlay(f) if isinstance(f, CurvedBacklash) else Gain(f)
+
+
+def _late_source(model: Model, held: bool) -> tuple[Source, dict[str, float]]:
+    """Return the source with the dead times of G1 and G2 as one: only their sum shows, so only the sum is searched.
+
+    It is searched unless the rig file holds every dead time it gives.
+    """
+    given = {"G1.dead_time": model.g1.dead_time_s, "G2.dead_time": model.g2.dead_time_s}
+    total_s = sum(given.values())
+    if not any(value > 0.0 and not is_fixed(name, model.fixed) for name, value in given.items()):
+        return Source(held, total_s), {}
+    return Source(held, 0.0, (Parameter(DELAY, "s", "log"),)), {DELAY: total_s}
 
 
 def grid_of(trace: Trace, substeps: int = 1) -> Grid:
@@ -210,7 +221,18 @@ def model_of(chain: Chain, plain: Model) -> Model:
             f = stage.backlash(values)
         elif isinstance(stage, Gain):
             f = LinearF(*values)
-    g2 = replace(blocks["G2"], dead_time_s=chain.values.get("G2.dead_time", plain.g2.dead_time_s))
-    return replace(plain, g1=blocks["G1"], f=f, g2=g2)
+    late_s = _shares(plain, chain.values.get(DELAY))
+    g1, g2 = (replace(blocks[name], dead_time_s=s) for name, s in zip(("G1", "G2"), late_s, strict=True))
+    return replace(plain, g1=g1, f=f, g2=g2)
+
+
+def _shares(plain: Model, total_s: float | None) -> tuple[float, float]:
+    """Return the dead times of G1 and G2 that make up ``total_s``; what the rig file holds or gives G1 stays there."""
+    first, second = plain.g1.dead_time_s, plain.g2.dead_time_s
+    if total_s is None:
+        return first, second
+    if is_fixed("G2.dead_time", plain.fixed) or second == 0.0:
+        return max(total_s - second, 0.0), min(second, total_s)
+    return min(first, total_s), max(total_s - first, 0.0)
 
 

@@ -17,7 +17,7 @@ from scipy.optimize import lsq_linear
 
 from identify.chain import Chain, advance, grid_of, local_name
 from identify.observe import Observation
-from identify.stage import Block, Parameter
+from identify.stage import Block, Parameter, is_fixed
 from identify.trace import Array
 
 DIFFERENCE = 1e-5  # step of the differences, in search coordinates
@@ -92,11 +92,6 @@ class Fit:
                 ends = (coordinate.value(float(self.theta[i]) - half), coordinate.value(float(self.theta[i]) + half))
                 return (min(ends), max(ends))
         return (self.chain.values[name], self.chain.values[name])
-
-
-def is_fixed(name: str, fixed: Sequence[str]) -> bool:
-    """Return whether ``name`` or an owner of it is listed: G1 covers G1.den.s2."""
-    return any(name == item or name.startswith(item + ".") for item in fixed)
 
 
 def is_absent(parameter: Parameter, value: float) -> bool:

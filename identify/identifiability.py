@@ -15,7 +15,7 @@ def unidentifiable(model: Model, fit: Fit) -> tuple[Unidentifiable, ...]:
     found = [
         Unidentifiable(
             "delay shared between G1 and G2", "a delay before F gives the same output as one behind it",
-            f"G1 assumed with a dead time of {shown(model.g1.dead_time_s, 's')}",
+            _delay_assumed(model),
         ),
         Unidentifiable(
             "gain shared between G1, F and G2", "only the product reaches the reading",
@@ -27,3 +27,13 @@ def unidentifiable(model: Model, fit: Fit) -> tuple[Unidentifiable, ...]:
             kept = f"the rig file's value {shown(c.centre, c.parameter.unit)} is kept"
             found.append(Unidentifiable(c.name, "no run excites it", kept))
     return tuple(found)
+
+
+def _delay_assumed(model: Model) -> str:
+    """Return where the delay is put, and where the rig file puts it when that is elsewhere."""
+    kept = "G1 assumed without dead time, all of it given to G2"
+    first_s, second_s = model.g1.dead_time_s, model.g2.dead_time_s
+    if first_s == 0.0:
+        return kept
+    there = f"{shown(first_s, 's')} to G1" + (f" and {shown(second_s, 's')} to G2" if second_s else "")
+    return f"{kept}; the rig file gives {there}"

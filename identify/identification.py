@@ -1,15 +1,16 @@
 """What is the answer to "which rig made these recordings"?"""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from identify.fit import Fit
 from identify.interval import Interval, number
-from identify.model import Model
+from identify.model import Model, Rational
 from identify.noise import Noise
 from identify.observe import Observation
 
 SCHEMA = "rig.identify/1"
+PUNCTUAL = Interval(0.0, 0.0, 0.0)  # a rig without dead time, s
 Branch = Literal["loading", "unloading", "plateau", "saturated"]
 
 
@@ -63,8 +64,9 @@ class Unidentifiable:
 class Identification:
     """The refitted model with intervals, what the staircase showed, and what the data cannot tell.
 
-    ``borders`` (S_L, D_L, S_U, D_U) are normalised as in the paper, G1(0) = G2(0) = 1; empty for a rig without
-    backlash. ``own_scale`` has the same borders as the rig file's DC gains leave them.
+    ``delay`` is the sum of all dead times, s. ``borders`` (S_L, D_L, S_U, D_U) are normalised as in the paper,
+    G1(0) = G2(0) = 1; empty for a rig without backlash. ``own_scale`` has the same borders as the rig file's DC gains
+    leave them.
     """
 
     model: Model
@@ -80,6 +82,12 @@ class Identification:
     staircase: tuple[StairPoint, ...]
     not_identifiable: tuple[Unidentifiable, ...]
     warnings: tuple[str, ...]
+    delay: Interval = PUNCTUAL
+
+    @property
+    def blocks(self) -> tuple[Rational, Rational]:
+        """Return G1 without dead time and G2 with all of it: only the sum shows. ``model`` keeps its file's shares."""
+        return replace(self.model.g1, dead_time_s=0.0), replace(self.model.g2, dead_time_s=self.delay.value)
 
     def to_dict(self) -> dict[str, object]:
         """Return the answer of ``rig identify --json``, schema rig.identify/1, less the rig-file form of the model."""
@@ -88,13 +96,14 @@ class Identification:
                 "points": [point.to_dict() for point in points],
                 "rational": {"num": list(block.num), "den": list(block.den), "dead_time_s": block.dead_time_s},
             }
-            for name, points, block in (("G1", self.g1, self.model.g1), ("G2", self.g2, self.model.g2))
+            for name, points, block in zip(("G1", "G2"), (self.g1, self.g2), self.blocks, strict=True)
         }
         return {
             "schema": SCHEMA,
             "backlash": {**{k: v.to_dict() for k, v in self.borders.items()}, "unit": "V"} if self.borders else None,
             "backlash_own_scale": {k: v.to_dict() for k, v in self.own_scale.items()} if self.own_scale else None,
             **blocks,
+            "delay_s": self.delay.to_dict(),
             "staircase": [point.to_dict() for point in self.staircase],
             "fit": {
                 "rms_V": number(self.rms_v), "noise_rms_V": number(self.noise.rms_v), "noise_from": self.noise.origin,

@@ -9,6 +9,7 @@ from threadpoolctl import threadpool_limits
 from identify.advice import misfit, warnings
 from identify.blocks import LinearBlock
 from identify.chain import model_of
+from identify.delay import total_delay
 from identify.effects import chain_of, physics_in
 from identify.fit import Fit, fit
 from identify.holdout import counted, settling_s
@@ -85,6 +86,7 @@ def _answer(
         model=refitted, fit=found, observations=observations, noise=noise, rms_v=rms_v,
         fit_percent=100.0 * (1.0 - rms_v / spread_v) if spread_v > 0.0 else 0.0, borders=normalised, own_scale=own,
         g1=points(found, blocks["G1"], frequencies, wider), g2=points(found, blocks["G2"], frequencies, wider),
+        delay=total_delay(found, wider),
         staircase=stairs, not_identifiable=unidentifiable(model, found),
         warnings=(*misfit(rms_v, noise), *warnings(found, observations)),
     )  # fmt: skip

@@ -183,7 +183,7 @@ def frequency_response(found: Identification) -> Picture | None:
     if not (found.g1 or found.g2):
         return None
     figure, axes = new_figure(2, 2, 4.6)
-    sets = (("G1", found.g1, found.model.g1), ("G2", found.g2, found.model.g2))
+    sets = zip(("G1", "G2"), (found.g1, found.g2), found.blocks, strict=True)
     for column, (name, points, block) in enumerate(sets):
         _response_axes(axes[column], axes[2 + column], points, block)
         axes[column].set(title=name, ylabel="gain")

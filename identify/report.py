@@ -48,7 +48,7 @@ def identification_page(found: Identification, imprint: Imprint = Imprint()) -> 
         "mood": "good" if ratio <= FITTED else "warn",
         "headline": identification_sentence(found),
         "subline": f"{found.model.title}; runs: {', '.join(o.trace.name for o in found.observations)}",
-        "borders": _borders(found), "line": line_sentence(found.model), "blocks": _blocks(found.model),
+        "borders": _borders(found), "line": line_sentence(found.model), "blocks": _blocks(found),
         "physics": physics_lines(found.model), "responses": _responses(found), "fit": _fit(found),
         "not_identifiable": found.not_identifiable, "warnings": found.warnings,
         "pictures": _identification_pictures(found),
@@ -155,12 +155,13 @@ def line_sentence(model: Model) -> str:
     return ""
 
 
-def _blocks(model: Model) -> list[dict[str, str]]:
+def _blocks(found: Identification) -> list[dict[str, str]]:
     def row(name: str, block: Rational) -> dict[str, str]:
         num, den = (", ".join(f"{c:.6g}" for c in side) for side in (block.num, block.den))
-        return {"name": name, "num": num, "den": den, "dead_time": shown(block.dead_time_s, "s")}
+        late = shown_interval(found.delay, "s") if block.dead_time_s else "none"
+        return {"name": name, "num": num, "den": den, "dead_time": late}
 
-    return [row("G1", model.g1), row("G2", model.g2)]
+    return [row(name, block) for name, block in zip(("G1", "G2"), found.blocks, strict=True)]
 
 
 def physics_lines(model: Model) -> list[tuple[str, str, str]]:

@@ -7,6 +7,7 @@ import numpy as np
 
 from identify.blocks import LinearBlock
 from identify.chain import Chain
+from identify.delay import delay_s
 from identify.fit import DIFFERENCE, Fit
 from identify.identification import FrequencyPoint
 from identify.interval import Interval
@@ -61,13 +62,10 @@ def points(
 
 
 def _log_response(chain: Chain, block: LinearBlock, s: np.ndarray) -> np.ndarray:
-    """Return log G(s): log gain and continuous phase; dead time counts for G2, where it is reported."""
+    """Return log G(s): log gain and continuous phase; all dead time counts for G2, where it is reported."""
     fitted = block.rational(tuple(chain.values[p.name] for p in block.parameters()))
     zeros, poles = np.roots(fitted.num), np.roots(fitted.den)
     scale = np.log(abs(fitted.dc_gain) + 0j) + (1j * np.pi if fitted.dc_gain < 0.0 else 0.0)
     value = scale + sum((np.log(1.0 - s / z) for z in zeros), np.zeros(s.size, dtype=np.complex128))
     value = value - sum((np.log(1.0 - s / p) for p in poles), np.zeros(s.size, dtype=np.complex128))
-    delay_s = fitted.dead_time_s
-    if block.name == "G2":
-        delay_s = chain.values.get("G2.dead_time", delay_s) + chain.values.get("dead_time.delay", 0.0)
-    return np.asarray(value - s * delay_s)
+    return np.asarray(value - s * (delay_s(chain) if block.name == "G2" else 0.0))

@@ -5,7 +5,7 @@ to begin and then turns block after block of its input into its output, keeping 
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Literal
@@ -114,6 +114,11 @@ class Stage(ABC):
     @abstractmethod
     def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
         """Return the running stage, at rest, and the shape of what it puts out."""
+
+
+def is_fixed(name: str, fixed: Sequence[str]) -> bool:
+    """Return whether ``name`` or an owner of it is listed: G1 covers G1.den.s2."""
+    return any(name == item or name.startswith(item + ".") for item in fixed)
 
 
 def memoryless(law: Callable[[Array], Array], shape: Shape) -> tuple[Run, Shape]:

@@ -77,8 +77,10 @@ def identified(found: "Identification") -> Iterator[str]:
         yield f"    {name}  {shown_interval(interval, 'V' if name.startswith('D') else 'V/V')}"
     if line := line_sentence(found.model):
         yield f"  {line}"
-    for name, block in (("G1", found.model.g1), ("G2", found.model.g2)):
-        yield f"  {name}  num {_coefficients(block.num)}, den {_coefficients(block.den)}{_delay(block.dead_time_s)}"
+    for name, block in zip(("G1", "G2"), found.blocks, strict=True):
+        yield f"  {name}  num {_coefficients(block.num)}, den {_coefficients(block.den)}"
+    if found.delay.value:
+        yield f"  delay in all, given to G2: {shown_interval(found.delay, 's')}"
     yield from (f"  {name} in {stage}  {values}" for name, stage, values in physics_lines(found.model))
     yield f"  fit {found.fit_percent:.4g} % of the variation of y; noise from {found.noise.origin}"
     yield from (f"  cannot be told: {i.what}, because {i.because}; {i.fixed_by}" for i in found.not_identifiable)
@@ -141,6 +143,3 @@ def _slew_limit(limit_v_per_s: float | None) -> str:
 def _coefficients(values: tuple[float, ...]) -> str:
     return "[" + ", ".join(f"{value:.6g}" for value in values) + "]"
 
-
-def _delay(seconds: float) -> str:
-    return f", dead time {shown(seconds, 's')}" if seconds else ""

@@ -199,19 +199,45 @@ def test_fitted_values_reach_the_model():
     assert found.g2.dc_gain == pytest.approx(1.0)
 
 
-def test_a_fitted_dead_time_goes_back_into_g2():
+def late_rig(g1_s, g2_s, fixed=()):
     model = rig_model(OP_AMP)
-    late = replace(model, g2=replace(model.g2, dead_time_s=1e-3))
-    moved = plain_chain(late).with_values({"G2.dead_time": 1.5e-3})
-    assert model_of(moved, late).g2.dead_time_s == 1.5e-3
+    late = replace(model.g1, dead_time_s=g1_s), replace(model.g2, dead_time_s=g2_s)
+    return replace(model, g1=late[0], g2=late[1], fixed=fixed)
 
 
-def test_a_dead_time_of_g1_is_kept_and_not_searched():
-    model = rig_model(OP_AMP)
-    late = plain_chain(replace(model, g1=replace(model.g1, dead_time_s=5e-4)))
-    assert "dead_time" not in " ".join(p.name for p in late.parameters())
+@pytest.mark.parametrize(
+    ("file_s", "fixed", "fitted_s"),
+    [
+        ((0.0, 1e-3), (), (0.0, 1.5e-3)), ((1e-3, 0.0), (), (1.5e-3, 0.0)), ((4e-4, 6e-4), (), (4e-4, 1.1e-3)),
+        ((4e-4, 6e-4), ("G2.dead_time",), (9e-4, 6e-4)), ((4e-4, 6e-4), ("G1",), (4e-4, 1.1e-3)),
+    ],
+)  # fmt: skip
+def test_a_fitted_delay_goes_back_where_the_rig_file_has_it(file_s, fixed, fitted_s):
+    late = late_rig(*file_s, fixed)
+    found = model_of(plain_chain(late).with_values({"delay": 1.5e-3}), late)
+    assert (found.g1.dead_time_s, found.g2.dead_time_s) == pytest.approx(fitted_s, abs=1e-15)
+
+
+@pytest.mark.parametrize(("file_s", "fixed"), [((5e-4, 0.0), ()), ((0.0, 5e-4), ()), ((3e-4, 2e-4), ("G2",))])
+def test_all_dead_times_are_one_parameter(file_s, fixed):
+    late = plain_chain(late_rig(*file_s, fixed))
+    assert late.parameters()[0].name == "delay"
+    assert late.values["delay"] == pytest.approx(5e-4)
     trace = Trace("t", 1e4, STAIRS.u, STAIRS.u)
-    assert np.array_equal(simulate(late, trace)[5:], simulate(plain_chain(model), trace)[:-5])
+    assert np.allclose(simulate(late, trace)[5:], simulate(plain_chain(rig_model(OP_AMP)), trace)[:-5], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("file_s", "fixed"), [((5e-4, 0.0), ("G1",)), ((3e-4, 2e-4), ("G1.dead_time", "G2")), ((0.0, 0.0), ())]
+)
+def test_a_delay_the_rig_file_holds_is_kept_and_not_searched(file_s, fixed):
+    late = late_rig(*file_s, fixed)
+    assert "delay" not in [p.name for p in plain_chain(late).parameters()]
+    found = model_of(plain_chain(late), late)
+    assert (found.g1.dead_time_s, found.g2.dead_time_s) == file_s
+    trace, by = Trace("t", 1e4, STAIRS.u, STAIRS.u), round(sum(file_s) / 1e-4)
+    early = simulate(plain_chain(rig_model(OP_AMP)), trace)
+    assert np.allclose(simulate(plain_chain(late), trace)[by:], early[: early.size - by], atol=1e-9)
 
 
 def test_blocks_that_cannot_be_are_refused_when_the_chain_begins():
