@@ -132,9 +132,9 @@ def grid_of(trace: Trace, substeps: int = 1) -> Grid:
     return Grid(trace.name, 1.0 / (trace.rate_hz * substeps), substeps, trace.start_s)
 
 
-def chunks(source: Samples, grid: Grid) -> Iterator[Block]:
-    """Yield the source voltage in stretches of whole samples."""
-    size = max(CHUNK // grid.substeps, 1) * grid.substeps
+def chunks(source: Samples, grid: Grid, samples: int | None = None) -> Iterator[Block]:
+    """Yield the source voltage in stretches of whole samples: of ``CHUNK`` instants, or as many as are asked for."""
+    size = (samples or max(CHUNK // grid.substeps, 1)) * grid.substeps
     for first in range(0, source.size, size):
         piece = source[first : first + size]
         yield Block(piece, piece, first, grid)
@@ -160,10 +160,15 @@ def signals(chain: Chain, trace: Trace, substeps: int = 1) -> list[Array]:
 
 def simulate(chain: Chain, trace: Trace, substeps: int = 1) -> Array:
     """Return the chain's answer at the sample instants, V, shape (N,), from rest."""
+    out = list(answered(chain, trace, substeps))
+    return out[0] if len(out) == 1 else np.concatenate(out)
+
+
+def answered(chain: Chain, trace: Trace, substeps: int = 1, samples: int | None = None) -> Iterator[Array]:
+    """Yield the chain's answer at the sample instants, V, from rest, in stretches as ``chunks`` makes them."""
     grid = grid_of(trace, substeps)
     run = running(chain, grid)
-    out = [run(block)[::substeps] for block in chunks(source_of(trace, substeps), grid)]
-    return out[0] if len(out) == 1 else np.concatenate(out)
+    return (run(block)[::substeps] for block in chunks(source_of(trace, substeps), grid, samples))
 
 
 def running(chain: Chain, grid: Grid) -> Run:

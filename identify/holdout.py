@@ -62,9 +62,10 @@ def counted(trace: Trace, model: Model) -> Mask:
 
     The rig file's poles are nominal; the real ones may be slower by as much as a fit allows.
     """
-    use = good(trace)
-    if not trace.from_rest:
-        use = use & (np.arange(trace.size) >= round(TOLERANCE_FACTOR * settling_s(model) * trace.rate_hz))
+    if trace.from_rest:
+        return good(trace)
+    use = good(trace).copy()
+    use[: round(TOLERANCE_FACTOR * settling_s(model) * trace.rate_hz)] = False
     return use
 
 

@@ -6,8 +6,10 @@ import numpy as np
 
 from identify.chain import Chain
 from identify.observe import Observation
+from identify.trace import regrouped
 
-LENGTHS = (10, 100, 1000)  # samples a sum runs over
+LENGTHS = (1, 10, 100, 1000)  # samples a sum runs over
+TOGETHER = 1_000_000  # samples taken at once: a multiple of every length
 ENOUGH = 30  # sums needed to tell their variance
 
 
@@ -17,10 +19,13 @@ def inflation(chain: Chain, observations: Sequence[Observation]) -> float:
     The variance of the residual, and of its sums over stretches of several lengths, is compared with that of white
     noise of the known size.
     """
-    residuals = [o.used_residual(chain) / o.noise_v for o in observations]
-    found = [1.0, float(np.mean(np.square(np.concatenate(residuals))))]
-    for length in LENGTHS:
-        sums = np.concatenate([r[: r.size // length * length].reshape(-1, length).sum(axis=1) for r in residuals])
-        if sums.size >= ENOUGH:
-            found.append(float(np.mean(np.square(sums))) / length)
-    return float(np.sqrt(max(found)))
+    totals, counts = dict.fromkeys(LENGTHS, 0.0), dict.fromkeys(LENGTHS, 0)
+    for observation in observations:
+        for residual in regrouped(observation.misfits(chain), TOGETHER):
+            for length in LENGTHS:
+                whole = residual[: residual.size // length * length].reshape(-1, length)
+                sums = whole.sum(axis=1) / observation.noise_v
+                totals[length] += float(sums @ sums)
+                counts[length] += sums.size
+    ratios = (totals[n] / counts[n] / n for n in LENGTHS if counts[n] >= ENOUGH or n == 1)
+    return float(np.sqrt(max(1.0, *ratios)))

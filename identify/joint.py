@@ -77,8 +77,8 @@ def _answer(
     """Write the identification."""
     wider = inflation(found.chain, observations)
     own, normalised = scaled_borders(model, found, wider)
-    rms_v = pooled_rms([o.used_residual(found.chain) for o in observations])
-    spread_v = pooled_rms([o.trace.y[:][o.use] - np.mean(o.trace.y[:][o.use]) for o in observations])
+    rms_v = pooled_rms(piece for o in observations for piece in o.misfits(found.chain))
+    spread_v = pooled_rms(piece for o in observations for piece in o.deviations())
     blocks = {s.name: s for s in found.chain.stages if isinstance(s, LinearBlock)}
     frequencies = played_hz(observations, _corner_hz(model))
     refitted = replace(model_of(found.chain, model), noise_v=noise.rms_v, physics=physics_in(found.chain))

@@ -10,10 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify.trace import Array, Mask, Trace
+from identify.trace import LONG, Array, Mask, Samples, Trace, blocks, part, regrouped
 
 ENOUGH = 50  # differences needed before an estimate is trusted
 FIR_TAPS = 64
+FIR_ROWS = 200_000  # samples a free filter is fitted to, at most
+BEGINNINGS = tuple(1 << bits for bits in (16, 18, 20, 21))  # samples in which the period of a long signal is looked for
 
 
 @dataclass(frozen=True)
@@ -60,53 +62,73 @@ def noise_of(traces: Sequence[Trace], settle_s: float, declared_v: float | None 
 
 def quantisation_rms(traces: Sequence[Trace]) -> float:
     """Return the noise of the ADC's steps, LSB / sqrt(12), in V; 0 when the readings lie on no coarse grid."""
-    lsb = min((_grid_step(trace.y[:][good(trace)]) for trace in traces), default=0.0)
+    lsb = min((_grid_step(trace) for trace in traces), default=0.0)
     return lsb / float(np.sqrt(12.0))
 
 
-def _grid_step(y: Array) -> float:
+def _grid_step(trace: Trace) -> float:
     """Return the smallest step between distinct readings if all readings are multiples of it, else 0."""
-    levels = np.unique(y)
-    if levels.size < 2 or levels.size > y.size // 4:
+    levels = _levels(trace)
+    if levels.size < 2:
         return 0.0
     step = float(np.min(np.diff(levels)))
     offsets = (levels - levels[0]) / step
     return step if float(np.max(np.abs(offsets - np.rint(offsets)))) < 0.05 else 0.0
 
 
+def _levels(trace: Trace) -> Array:
+    """Return the distinct readings in ascending order; none when there are too many for an ADC's steps to matter."""
+    ok, levels = good(trace), np.empty(0)
+    most = min(int(np.count_nonzero(ok)) // 4, LONG)
+    for start, stop in blocks(0, trace.size):
+        levels = np.union1d(levels, trace.y[start:stop][ok[start:stop]])
+        if levels.size > most:
+            return np.empty(0)
+    return levels
+
+
 def good(trace: Trace) -> Mask:
-    """Return which samples were received, shape (N,)."""
-    return np.ones(trace.size, dtype=bool) if trace.valid is None else trace.valid
+    """Return which samples were received, shape (N,), read-only; one byte stands for all when none was lost."""
+    return np.broadcast_to(np.True_, trace.size) if trace.valid is None else trace.valid
 
 
 def _of_periods(trace: Trace, settle: int, pool: _Pool) -> _Pool:
     """Add the differences between successive periods of a repeated stimulus, settled ones only."""
     ok = good(trace)
     for start, stop in stretches(trace):
-        period = period_of(trace.u[start:stop])
+        period = period_of(part(trace.u, start, stop))
         first = start + max(settle, period)
         if period == 0 or stop - first < 2 * period:
             continue
-        y = trace.y[first:stop]
-        both = ok[first : stop - period] & ok[first + period : stop]
-        e = np.diff(y[period:] - y[:-period])[both[1:] & both[:-1]]
-        pool = pool.with_differences(e, 4.0)
+        for a, b in blocks(first, stop - period - 1):
+            once, again = slice(a, b + 1), slice(a + period, b + 1 + period)
+            both = ok[once] & ok[again]
+            e = np.diff(trace.y[again] - trace.y[once])[both[1:] & both[:-1]]
+            pool = pool.with_differences(e, 4.0)
     return pool
 
 
 def _of_dwells(trace: Trace, settle: int, pool: _Pool) -> _Pool:
     """Add the differences between successive samples where the stimulus has long been constant."""
-    calm = quiet(trace.u[:], settle) & good(trace)
-    e = np.diff(trace.y)[calm[1:] & calm[:-1]]
-    return pool.with_differences(e, 2.0)
+    ok = good(trace)
+    stretches = (ab for dwell in settled_dwells(trace.u, settle) for ab in blocks(dwell[0], dwell[1] - 1))
+    found = (np.diff(trace.y[a : b + 1])[ok[a : b + 1][1:] & ok[a : b + 1][:-1]] for a, b in stretches)
+    for e in regrouped(found):
+        pool = pool.with_differences(e, 2.0)
+    return pool
 
 
-def quiet(u: Array, settle: int) -> Mask:
-    """Return where u has not changed for more than ``settle`` samples, shape (N,)."""
-    changed = np.flatnonzero(np.diff(u, prepend=u[:1]) != 0.0)
-    last = np.zeros(u.size, dtype=np.int64)
-    last[changed] = changed
-    return np.asarray(np.arange(u.size) - np.maximum.accumulate(last) > settle)
+def settled_dwells(u: Samples, settle: int) -> list[tuple[int, int]]:
+    """Return the stretches [start, stop) in which u has not changed for more than ``settle`` samples."""
+    found: list[tuple[int, int]] = []
+    since = 0
+    for start, stop in blocks(1, u.size):
+        changes = start + np.flatnonzero(np.diff(u[start - 1 : stop]))
+        edges = np.concatenate(([since], changes))
+        long = np.flatnonzero(np.diff(edges) > settle + 1)
+        found += zip((edges[long] + settle + 1).tolist(), edges[long + 1].tolist(), strict=True)
+        since = int(edges[-1])
+    return found if u.size - since <= settle + 1 else [*found, (since + settle + 1, u.size)]
 
 
 def stretches(trace: Trace) -> list[tuple[int, int]]:
@@ -120,8 +142,34 @@ def stretches(trace: Trace) -> list[tuple[int, int]]:
     return [(start, stop) for _, start, stop in joined] or [(0, trace.size)]
 
 
-def period_of(u: Array) -> int:
+def period_of(u: Samples) -> int:
     """Return the shortest period of u in samples, 0 when it has none that fits twice.
+
+    In a signal longer than ``LONG`` it is looked for in ever longer beginnings, so that one of more than half the
+    longest of them is not found; all of the signal must then repeat with it.
+    """
+    if u.size <= LONG:
+        return _period_within(u[:])
+    for size in BEGINNINGS:
+        period = _period_within(u[:size])
+        if period and _repeats(u, period, _alike_v(u[:size])):
+            return period
+    return 0
+
+
+def _alike_v(u: Array) -> float:
+    """Return up to which difference two samples of u count as the same, V."""
+    return 1e-4 * float(np.max(np.abs(u - np.mean(u))))
+
+
+def _repeats(u: Samples, period: int, tolerance_v: float) -> bool:
+    """Return whether all of u is the same one period later."""
+    stretches = blocks(0, u.size - period)
+    return all(float(np.max(np.abs(u[a + period : b + period] - u[a:b]))) < tolerance_v for a, b in stretches)
+
+
+def _period_within(u: Array) -> int:
+    """Return the shortest period of a signal in memory.
 
     The squared distance between u and itself shifted is zero at a period; all shifts are had from one transform.
     """
@@ -136,22 +184,20 @@ def period_of(u: Array) -> int:
     shifts = np.arange(n // 2 + 1)
     distance = energy[n - shifts] + (energy[n] - energy[shifts]) - 2.0 * overlap
     near = np.flatnonzero(distance[1:] < 1e-6 * energy[n]) + 1
-    tolerance = 1e-4 * float(np.max(np.abs(centred)))
-    for shift in near[:200]:
-        if float(np.max(np.abs(u[shift:] - u[:-shift]))) < tolerance:
-            return int(shift)
-    return 0
+    tolerance_v = _alike_v(u)
+    return next((int(shift) for shift in near[:200] if _repeats(u, int(shift), tolerance_v)), 0)
 
 
 def _free_filter_rms(trace: Trace) -> float:
     """Return the residual rms of the best finite impulse response from u to y, V: noise plus what is not linear."""
     if trace.size < 20 * FIR_TAPS or trace.size - trace.size // 2 < FIR_TAPS:
         return float("inf")
-    padded = np.concatenate((np.zeros(FIR_TAPS), trace.u))
+    count = min(trace.size - FIR_TAPS, FIR_ROWS)
+    padded = np.concatenate((np.zeros(FIR_TAPS), trace.u[: FIR_TAPS + count]))
     view = np.lib.stride_tricks.sliding_window_view(padded, FIR_TAPS + 1)[:, ::-1]
-    rows = np.column_stack((view[FIR_TAPS : trace.size], np.ones(trace.size - FIR_TAPS)))[:200_000]
-    target = trace.y[FIR_TAPS : FIR_TAPS + rows.shape[0]]
-    ok = good(trace)[FIR_TAPS : FIR_TAPS + rows.shape[0]]
+    rows = np.column_stack((view[FIR_TAPS:], np.ones(count)))
+    target = trace.y[FIR_TAPS : FIR_TAPS + count]
+    ok = good(trace)[FIR_TAPS : FIR_TAPS + count]
     rows, target = rows[ok], target[ok]
     taps = np.linalg.lstsq(rows, target, rcond=1e-8)[0]
     misfit = target - rows @ taps

@@ -1,18 +1,18 @@
 """What a fit looks at: a trace, which of its samples count, how noisy they are, and how finely to simulate it."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from identify.between import source_of
-from identify.chain import Chain, chunks, grid_of, running, simulate
+from identify.chain import CHUNK, Chain, answered, chunks, grid_of, running, simulate
 from identify.stage import Block
-from identify.trace import Array, Mask, Samples, Trace
+from identify.trace import Array, Mask, Samples, Trace, blocks, regrouped
 
 FINEST = 32  # instants to a sample, at most
-LARGEST = 1 << 24  # instants of a run, at most: bounds memory
+LARGEST = 1 << 30  # instants of a run, at most: bounds time
 
 
 @dataclass(frozen=True)
@@ -63,6 +63,12 @@ class Observation:
         run = running(chain, grid_of(self.trace, self.substeps))
         return (piece.misfit(run(piece.entering)) for piece in self.pieces())
 
+    def deviations(self) -> Iterator[Array]:
+        """Yield by how much the readings that count differ from their mean, V, chunk by chunk."""
+        used = [slice(*ab) for ab in blocks(0, self.trace.size)]
+        mean = sum(float(np.sum(self.trace.y[at][self.use[at]])) for at in used) / self.count
+        return (self.trace.y[at][self.use[at]] - mean for at in used)
+
     def residual(self, chain: Chain) -> Array:
         """Return y minus the chain's answer, V, shape (N,)."""
         return np.asarray(self.trace.y[:] - simulate(chain, self.trace, self.substeps))
@@ -77,9 +83,12 @@ def rms(values: Array) -> float:
     return float(np.sqrt(np.mean(np.square(values)))) if values.size else 0.0
 
 
-def pooled_rms(parts: Sequence[Array]) -> float:
-    """Return the root mean square over all parts together."""
-    return rms(np.concatenate(list(parts))) if parts else 0.0
+def pooled_rms(parts: Iterable[Array]) -> float:
+    """Return the root mean square over all parts together; 0 for no values."""
+    total, count = 0.0, 0
+    for values in regrouped(parts):
+        total, count = total + float(np.sum(np.square(values))), count + values.size
+    return float(np.sqrt(total / count)) if count else 0.0
 
 
 def refined(observation: Observation, chain: Chain) -> Observation:
@@ -88,11 +97,19 @@ def refined(observation: Observation, chain: Chain) -> Observation:
     The difference to the finest grid, summed over the run as a matched test would, stays below one standard deviation.
     """
     finest = min(FINEST, 1 << max(int(np.log2(LARGEST / observation.trace.size)), 1))
-    reference = simulate(chain, observation.trace, finest)
     substeps = observation.substeps
-    while substeps < finest:
-        error = (simulate(chain, observation.trace, substeps) - reference)[observation.use]
-        if float(error @ error) < observation.noise_v**2:
-            break
+    while substeps < finest and _is_seen(observation, chain, substeps, finest):
         substeps *= 2
     return observation if substeps == observation.substeps else replace(observation, substeps=substeps)
+
+
+def _is_seen(observation: Observation, chain: Chain, substeps: int, finest: int) -> bool:
+    """Return whether the error of stepping reaches one standard deviation; the run is left where it does."""
+    answers = (answered(chain, observation.trace, n, CHUNK // finest) for n in (substeps, finest))
+    total, first = 0.0, 0
+    for coarse, fine in zip(*answers, strict=True):
+        error = (coarse - fine)[observation.use[first : first + coarse.size]]
+        total, first = total + float(error @ error), first + coarse.size
+        if total >= observation.noise_v**2:
+            return True
+    return False

@@ -13,7 +13,7 @@ from identify.identification import FrequencyPoint
 from identify.interval import Interval
 from identify.noise import period_of, stretches
 from identify.observe import Observation
-from identify.trace import Array
+from identify.trace import Array, part
 
 MOST = 24  # frequencies reported
 POWERFUL = 0.01  # share of the largest line above which a line of u counts as played
@@ -25,7 +25,7 @@ def played_hz(observations: Sequence[Observation], corner_hz: float) -> tuple[fl
     for observation in observations:
         trace = observation.trace
         for start, stop in stretches(trace):
-            u = trace.u[start:stop]
+            u = part(trace.u, start, stop)
             period = period_of(u)
             if period and np.unique(u[:period]).size > 16:
                 found |= set(np.round(_lines_hz(u[:period], trace.rate_hz), 6).tolist())

@@ -12,9 +12,9 @@ import numpy as np
 
 from identify.identification import Branch, StairPoint
 from identify.interval import Interval
-from identify.noise import good, quiet
+from identify.noise import good, settled_dwells
 from identify.observe import Observation
-from identify.trace import Array
+from identify.trace import Array, blocks
 
 ENOUGH = 5  # settled readings a dwell must have
 STILL = 0.03  # share of a free step below which a point counts as not moved
@@ -45,17 +45,23 @@ def staircase(observation: Observation, settle_s: float, gain_before: float = 1.
 
 def _dwells(observation: Observation, settle: int) -> tuple[Array, Array, Array]:
     """Return level, mean reading and its standard error of every dwell with enough settled readings."""
-    trace = observation.trace
-    u = trace.u[:]
-    settled = quiet(u, settle) & good(trace) & observation.use
-    edges = np.flatnonzero(np.diff(u, prepend=np.nan) != 0.0)
     rows = []
-    for start, stop in zip(edges, [*edges[1:], trace.size], strict=True):
-        y = trace.y[start:stop][settled[start:stop]]
-        if y.size >= ENOUGH:
-            rows.append((u[start], np.mean(y), observation.noise_v / np.sqrt(y.size)))
+    for start, stop in settled_dwells(observation.trace.u, settle):
+        total, count = _summed(observation, start, stop)
+        if count >= ENOUGH:
+            level = float(observation.trace.u[start : start + 1][0])
+            rows.append((level, total / count, observation.noise_v / np.sqrt(count)))
     table = np.array(rows).reshape(-1, 3)
     return table[:, 0], table[:, 1], table[:, 2]
+
+
+def _summed(observation: Observation, start: int, stop: int) -> tuple[float, int]:
+    """Return sum and number of the readings of [start, stop) that were received and count."""
+    total, count, ok = 0.0, 0, good(observation.trace)
+    for a, b in blocks(start, stop):
+        y = observation.trace.y[a:b][ok[a:b] & observation.use[a:b]]
+        total, count = total + float(np.sum(y)), count + y.size
+    return total, count
 
 
 def classified(levels: Array, means: Array, errors: Array) -> list[Branch]:

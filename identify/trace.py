@@ -1,7 +1,7 @@
 """What was played and what came back: the one form in which data enter identification."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -41,9 +41,42 @@ Samples = Array | Stored
 """A signal in V, shape (N,), of which slices can be had."""
 
 
+@dataclass(frozen=True)
+class Part(Stored):
+    """A stretch of a stored signal, from its sample ``first`` on."""
+
+    whole: Stored
+    first: int
+
+    def read(self, start: int, stop: int) -> Array:
+        """Return the samples [start, stop), counted from the beginning of the part."""
+        return self.whole.read(self.first + start, self.first + stop)
+
+
+def part(signal: Samples, start: int, stop: int) -> Samples:
+    """Return the samples [start, stop) of a signal, read when they are asked for where the signal is."""
+    return Part(stop - start, signal, start) if isinstance(signal, Stored) else signal[start:stop]
+
+
 def blocks(start: int, stop: int, size: int = LONG) -> Iterator[tuple[int, int]]:
     """Yield [start, stop) in successive stretches of ``size`` samples, the last one shorter."""
     return ((first, min(first + size, stop)) for first in range(start, stop, size))
+
+
+def regrouped(pieces: Iterable[Array], size: int = LONG) -> Iterator[Array]:
+    """Yield the values of all pieces, in order, in stretches of ``size`` values, the last one shorter."""
+    held: list[Array] = []
+    count = 0
+    for piece in pieces:
+        held.append(piece)
+        count += piece.size
+        if count >= size:
+            joined = np.concatenate(held)
+            whole = count // size * size
+            yield from (joined[first:stop] for first, stop in blocks(0, whole, size))
+            held, count = [joined[whole:]], count - whole
+    if count:
+        yield np.concatenate(held)
 
 
 def frozen_array(values: object, dtype: type = np.float64) -> NDArray[np.float64]:

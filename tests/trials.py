@@ -1,12 +1,13 @@
 """How do the rigs and recordings of the independent integrator become the models and traces of the product?"""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from identify.model import Backlash, Model, Physics, Rational
 from identify.observe import Observation
-from identify.trace import Trace
+from identify.trace import Array, Stored, Trace
 from tests.proof.bench import answer
 from tests.proof.cases import Concealed
 from tests.proof.integrator import Grid
@@ -39,6 +40,23 @@ def noisy(trace: Trace, noise_v: float, seed: int) -> Trace:
     """Return a trace with white Gaussian noise added."""
     noise = np.random.default_rng(seed).normal(0.0, noise_v, trace.size)
     return Trace(trace.name, trace.rate_hz, trace.u, trace.y + noise, trace.intersample, trace.start_s, trace.steps)
+
+
+@dataclass(frozen=True)
+class Shelf(Stored):
+    """A signal of which slices are handed out, as if from a file."""
+
+    values: Array
+
+    def read(self, start: int, stop: int) -> Array:
+        """Return a copy of the samples [start, stop)."""
+        assert 0 <= start < stop <= self.size
+        return self.values[start:stop].copy()
+
+
+def shelved(trace: Trace) -> Trace:
+    """Return a trace whose signals are read by slices."""
+    return replace(trace, u=Shelf(trace.size, trace.u), y=Shelf(trace.size, trace.y))
 
 
 def observed(trace: Trace, noise_v: float, substeps: int = 2) -> Observation:

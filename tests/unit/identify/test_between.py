@@ -1,26 +1,15 @@
 """Is the source voltage the same, drawn at once or where it is read?"""
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from identify.between import Drawn, source_of, source_voltage
-from identify.trace import Array, Stored, Trace
+from identify.trace import Trace
+from tests.trials import Shelf
 
 U = np.random.default_rng(0).normal(size=400)
-
-
-@dataclass(frozen=True)
-class Shelf(Stored):
-    """A signal of which slices are handed out."""
-
-    values: Array
-
-    def read(self, start: int, stop: int) -> Array:
-        return self.values[start:stop].copy()
 
 
 @settings(max_examples=60, deadline=None)
@@ -47,12 +36,3 @@ def test_what_is_in_memory_and_small_is_kept():
     trace = Trace("t", 1e3, U, U)
     assert np.array_equal(source_of(trace, 3), source_voltage(U, "held", 3))
     assert isinstance(source_of(Trace("t", 1e3, Shelf(U.size, U), U), 3), Drawn)
-
-
-def test_a_stored_signal_is_read_by_slices_or_whole():
-    stored = Shelf(U.size, U)
-    assert np.array_equal(np.asarray(stored), U)
-    assert np.array_equal(stored[10:-20:7], U[10:-20:7])
-    assert stored[30:20].size == 0
-    with pytest.raises(ValueError, match="read forwards"):
-        stored[::-1]

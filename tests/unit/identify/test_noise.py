@@ -1,6 +1,7 @@
 """Is the noise told from what repeats, and not from what is physics?"""
 
 from dataclasses import replace
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -8,8 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import chi2
 
-from identify.noise import good, noise_of, period_of, quantisation_rms, quiet, stretches
-from identify.trace import Step, Trace
+from identify import noise as noise_module
+from identify.noise import BEGINNINGS, good, noise_of, period_of, quantisation_rms, settled_dwells, stretches
+from identify.trace import LONG, Step, Trace, blocks
 from tests.proof.rigs import OP_AMP, RC
 from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
 from tests.trials import noisy, recorded
@@ -127,10 +129,35 @@ def test_a_period_must_fit_twice():
     assert period_of(np.concatenate([once, once[:60]])) == 0
 
 
-def test_quiet_begins_more_than_the_settling_time_after_a_change():
+def test_a_dwell_is_settled_more_than_the_settling_time_after_a_change():
     u = np.array([0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 2.0, 2.0])
-    assert quiet(u, 2).tolist() == [False, False, False, False, False, True, False, False]
-    assert quiet(np.zeros(4), 1).tolist() == [False, False, True, True]
+    assert settled_dwells(u, 2) == [(5, 6)]
+    assert settled_dwells(u, 0) == [(1, 2), (3, 6), (7, 8)]
+    assert settled_dwells(np.zeros(4), 1) == [(2, 4)]
+    assert settled_dwells(np.zeros(1), 0) == []
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.lists(st.integers(0, 2), min_size=1, max_size=60), st.integers(0, 5), st.integers(1, 7))
+def test_dwells_do_not_depend_on_how_the_signal_is_cut(levels, settle, size):
+    u = np.array(levels, dtype=float)
+    calm = [k for k in range(u.size) if k > settle and np.ptp(u[k - settle - 1 : k + 1]) == 0.0]
+    with mock.patch.object(noise_module, "blocks", lambda start, stop: blocks(start, stop, size)):
+        found = settled_dwells(u, settle)
+    assert [k for start, stop in found for k in range(start, stop)] == calm
+
+
+@pytest.mark.parametrize("period", [1000, 40_000, 600_000])
+def test_the_period_of_a_long_signal_is_found_without_looking_at_all_of_it_at_once(period):
+    once = np.sin(np.arange(period) * 2.0 * np.pi / period) + (np.arange(period) == 700)
+    u = np.tile(once, 3 * LONG // period + 1)
+    assert period_of(u) == period
+    u[-period // 2] += 0.1
+    assert period_of(u) == 0
+
+
+def test_a_period_too_long_to_be_looked_for_is_not_found():
+    assert period_of(np.arange(2 * BEGINNINGS[-1]) % (BEGINNINGS[-1] // 2 + 1) * 1e-3) == 0
 
 
 def test_stretches_join_repeats_that_follow_each_other():

@@ -1,9 +1,14 @@
 """Does a trace refuse what cannot be a recording, and stay what it was?"""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from identify.trace import Trace, frozen_array
+from identify.trace import Trace, blocks, frozen_array, part, regrouped
+from tests.trials import Shelf
 
 
 def test_a_trace_is_frozen():
@@ -44,3 +49,40 @@ def test_what_cannot_be_a_recording_is_refused(rate_hz, u, y, message):
 def test_a_frozen_array_shares_its_data():
     values = np.arange(4.0)
     assert np.shares_memory(frozen_array(values), values)
+
+
+U = np.random.default_rng(0).normal(size=400)
+
+
+def test_a_stored_signal_is_read_by_slices_or_whole():
+    stored = Shelf(U.size, U)
+    assert np.array_equal(np.asarray(stored), U)
+    assert np.array_equal(stored[10:-20:7], U[10:-20:7])
+    assert stored[30:20].size == 0
+    with pytest.raises(ValueError, match="read forwards"):
+        stored[::-1]
+
+
+def test_a_part_is_read_where_the_whole_is():
+    stretch = part(Shelf(U.size, U), 100, 300)
+    assert stretch.size == 200
+    assert np.array_equal(stretch[20:40], U[120:140])
+    assert np.array_equal(stretch[-10:], U[290:300])
+    assert np.array_equal(part(U, 100, 300), U[100:300])
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.integers(0, 30)), st.integers(1, 12))
+def test_regrouping_keeps_all_values_in_order(sizes, size):
+    bounds = np.cumsum([0, *sizes])
+    groups = list(regrouped([U[a:b] for a, b in pairwise(bounds) if b <= U.size], size))
+    whole = np.concatenate([np.empty(0), *groups])
+    assert np.array_equal(whole, U[: whole.size])
+    assert whole.size == max(b for b in bounds if b <= U.size)
+    assert all(group.size == size for group in groups[:-1])
+    assert all(0 < group.size <= size for group in groups[-1:])
+
+
+def test_blocks_cover_a_stretch():
+    assert list(blocks(3, 10, 3)) == [(3, 6), (6, 9), (9, 10)]
+    assert list(blocks(3, 3)) == []
