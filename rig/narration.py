@@ -46,8 +46,8 @@ def imported(recording: "Recording", path: str) -> Iterator[str]:
     first = "at rest" if recording.initial == "rest" else "in motion"
     length = _time(recording.u.size / recording.rate_hz)
     yield f"{path}: {recording.u.size} samples at {show(recording.rate_hz, 'Hz')}, {length}"
-    yield f"  u {recording.u.min():.6g} to {recording.u.max():.6g} V, {recording.intersample} between samples"
-    yield f"  y {recording.y.min():.6g} to {recording.y.max():.6g} V, {first} at the first sample"
+    yield f"  u {recording.u[:].min():.6g} to {recording.u[:].max():.6g} V, {recording.intersample} between samples"
+    yield f"  y {recording.y[:].min():.6g} to {recording.y[:].max():.6g} V, {first} at the first sample"
 
 
 def devices(found: "tuple[Attached, ...]") -> Iterator[str]:

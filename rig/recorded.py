@@ -8,8 +8,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.trace import Array, Intersample, Step, Trace, frozen_array
+from identify.trace import Intersample, Mask, Samples, Step, Stored, Trace, blocks, frozen, part
 from rig.errors import FileError
+from rig.samples import Bridged
 
 Ledger = NDArray[np.uint8]
 Initial = Literal["rest", "in_motion"]
@@ -68,11 +69,11 @@ class Recording:
 
     name: str
     rate_hz: float
-    u: Array
-    y: Array
+    u: Samples
+    y: Samples
     ledger: Ledger
     origin: Origin
-    u_measured: Array | None = None
+    u_measured: Samples | None = None
     intersample: Intersample = "held"
     start_s: float = 0.0
     initial: Initial = "rest"
@@ -89,17 +90,22 @@ class Recording:
         """Freeze the arrays; raise ValueError for what cannot be a recording."""
         signals = {"u": self.u, "y": self.y} | ({} if self.u_measured is None else {"u_measured": self.u_measured})
         for key, values in signals.items():
-            object.__setattr__(self, key, frozen_array(values))
+            object.__setattr__(self, key, frozen(values))
         ledger = np.asarray(self.ledger, dtype=np.uint8).view()
         ledger.flags.writeable = False
         object.__setattr__(self, "ledger", ledger)
-        sizes = {key: np.size(values) for key, values in (signals | {"ledger": self.ledger}).items()}
+        sizes = {key: getattr(self, key).size for key in (*signals, "ledger")}
         if len(set(sizes.values())) > 1 or self.u.size == 0:
             raise ValueError(f"signals of {sizes} samples; all must be equal and above 0")
         if not (np.isfinite(self.rate_hz) and self.rate_hz > 0):
             raise ValueError(f"sample rate of {self.rate_hz} Hz; it must be above 0 Hz")
-        if not (np.isfinite(self.u).all() and np.isfinite(self.y[self.ledger == Entry.RECORDED]).all()):
+        if not all(self._is_finite(slice(*ab)) for ab in blocks(0, self.u.size)):
             raise ValueError("a recorded sample is not a finite number")
+
+    def _is_finite(self, at: slice) -> bool:
+        """Return whether u, and y where it was recorded, are numbers."""
+        y = self.y[at][self.ledger[at] == Entry.RECORDED]
+        return bool(np.isfinite(self.u[at]).all() and np.isfinite(y).all())
 
     def count(self, entry: Entry) -> int:
         """Return how many samples the ledger has under ``entry``; over all entries they add up to N."""
@@ -110,17 +116,23 @@ class Recording:
 
         Raises FileError when nothing was recorded.
         """
-        there = np.flatnonzero(self.ledger == Entry.RECORDED)
-        if there.size == 0:
+        recorded = self.ledger == Entry.RECORDED
+        if not recorded.any():
             raise FileError("no sample was recorded", where=self.name, value=self.reason or None, do="record it again")
-        size = int(there[-1]) + 1
-        valid = self.ledger[:size] == Entry.RECORDED
-        y = self.y[:size] if valid.all() else np.interp(np.arange(size), there, self.y[there])
+        size = recorded.size - int(np.argmax(recorded[::-1]))
+        valid = None if recorded[:size].all() else recorded[:size]
         return Trace(
-            name=self.name, rate_hz=self.rate_hz, u=self.u[:size], y=y, intersample=self.intersample,
-            start_s=self.start_s, steps=self._steps_until(size), valid=None if valid.all() else valid,
+            name=self.name, rate_hz=self.rate_hz, u=part(self.u, 0, size), y=self._bridged(size, valid),
+            intersample=self.intersample, start_s=self.start_s, steps=self._steps_until(size), valid=valid,
             from_rest=self.initial == "rest",
         )
+
+    def _bridged(self, size: int, valid: Mask | None) -> Samples:
+        """Return the readings up to ``size``; in memory where the recording is."""
+        if valid is None:
+            return part(self.y, 0, size)
+        bridged = Bridged.over(self.y, valid)
+        return bridged if isinstance(self.y, Stored) else bridged[:]
 
     def _steps_until(self, size: int) -> tuple[Step, ...]:
         """Return the steps that began before ``size``, the last one ending there."""

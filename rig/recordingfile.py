@@ -10,8 +10,9 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.trace import Step
+from identify.trace import LONG, Samples, Step, Stored, blocks
 from rig.recorded import Entry, Equipment, Event, Origin, Recording
+from rig.samples import InFile
 from rig.seal import SCHEMA, SIZE, seal
 
 SIGNALS = {"u": "output as commanded", "u_measured": "output as measured", "y": "input as recorded"}
@@ -24,6 +25,7 @@ GROUPS = ("/", "device", "device/settings", "software")
 STEPS = {"label": str, "kind": str, "start": int, "stop": int, "repeat": int}
 EVENTS = {"kind": str, "text": str, "start": int, "stop": int}
 CHECKSUM = "sha256"
+AT_ONCE = LONG  # samples; a longer signal stays in the file and is read by stretches
 
 Columns = Mapping[str, type]
 
@@ -37,7 +39,7 @@ def store(path: Path, recording: Recording) -> None:
     unsealed = () if recording.origin.finished else GROWING
     with h5py.File(path, "w", userblock_size=SIZE) as file:
         for name, (values, notes) in _datasets(recording).items():
-            dataset = file.create_dataset(name, data=values)
+            dataset = _filled(file, name, values)
             dataset.attrs.update(notes)
             if name not in unsealed:
                 dataset.attrs[CHECKSUM] = digest(dataset)
@@ -45,6 +47,16 @@ def store(path: Path, recording: Recording) -> None:
             file.require_group(name).attrs.update(attributes)
         file.attrs[CHECKSUM] = attributes_digest(file)
     seal(path, finished=bool(recording.origin.finished))
+
+
+def _filled(file: h5py.File, name: str, values: Any) -> h5py.Dataset:
+    """Return a new dataset that holds ``values``; a signal that is in another file is copied by stretches."""
+    if not isinstance(values, Stored):
+        return file.create_dataset(name, data=values)
+    dataset = file.create_dataset(name, values.size, np.float64)
+    for start, stop in blocks(0, values.size):
+        dataset[start:stop] = values[start:stop]
+    return dataset
 
 
 def load(file: h5py.File, name: str, *, intact: bool) -> Recording:
@@ -61,18 +73,29 @@ def load(file: h5py.File, name: str, *, intact: bool) -> Recording:
     equipment = Equipment(settings=_plain(file["device/settings"].attrs), **{key: device[key] for key in IDENTITY})
     origin = Origin(equipment, software=_plain(file["software"].attrs), **{key: root[key] for key in CLOCK})
     return Recording(
-        name=name, u=file["u"][:], y=file["y"][:], ledger=file["ledger"][:], origin=origin,
-        u_measured=file["u_measured"][:] if "u_measured" in file else None,
+        name=name, u=_signal(file["u"]), y=_signal(file["y"]), ledger=file["ledger"][:], origin=origin,
+        u_measured=_signal(file["u_measured"]) if "u_measured" in file else None,
         protocol_text=file["protocol"].asstr()[()], rig_text=file["rig"].asstr()[()],
         steps=tuple(Step(*row) for row in _rows(file["steps"])),
         events=tuple(Event(*row) for row in _rows(file["events"])), **{key: root[key] for key in ROOT},
     )
 
 
+def _signal(dataset: h5py.Dataset) -> Samples:
+    """Return a signal: in memory unless it is long and stands in the file as it would stand in memory."""
+    stored = InFile.of(dataset) if dataset.size > AT_ONCE else None
+    return dataset[:] if stored is None else stored
+
+
 def digest(dataset: h5py.Dataset) -> str:
     """Return the SHA-256 of what the dataset holds: its bytes as stored, or its text in UTF-8."""
-    held = dataset[()]
-    return hashlib.sha256(held if isinstance(held, bytes) else held.tobytes()).hexdigest()
+    if dataset.shape == ():
+        held = dataset[()]
+        return hashlib.sha256(held if isinstance(held, bytes) else held.tobytes()).hexdigest()
+    found = hashlib.sha256()
+    for start, stop in blocks(0, dataset.shape[0]):
+        found.update(dataset[start:stop].tobytes())
+    return found.hexdigest()
 
 
 def attributes_digest(file: h5py.File) -> str:
