@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from identify.certainty import Certainty
 from identify.fit import Fit
 from identify.interval import Interval, number
 from identify.model import Model, Rational
@@ -48,6 +49,15 @@ class StairPoint:
 
 
 @dataclass(frozen=True)
+class OwnPoints:
+    """The blocks in the circuit's own scale: V_p and the gains that normalisation divides out, V/V."""
+
+    v_p: Interval
+    g1: tuple[FrequencyPoint, ...]
+    g2: tuple[FrequencyPoint, ...]
+
+
+@dataclass(frozen=True)
 class Unidentifiable:
     """A direction in which the model can move without the data noticing, and what holds it."""
 
@@ -64,9 +74,9 @@ class Unidentifiable:
 class Identification:
     """The refitted model with intervals, what the staircase showed, and what the data cannot tell.
 
-    ``delay`` is the sum of all dead times, s. ``borders`` (S_L, D_L, S_U, D_U) are normalised as in the paper,
-    G1(0) = G2(0) = 1; empty for a rig without backlash. ``own_scale`` has the same borders as the rig file's DC gains
-    leave them.
+    ``borders`` (S_L, D_L, S_U, D_U), ``g1`` and ``g2`` are normalised as in the paper, V_p = 1 and G2(0) = 1; borders
+    are empty for a rig without backlash. ``own_scale`` and ``own_points`` have the same as the rig file's DC gains
+    leave them, ``certainty`` every number of ``model``; ``delay`` is the sum of all dead times, s.
     """
 
     model: Model
@@ -83,6 +93,8 @@ class Identification:
     not_identifiable: tuple[Unidentifiable, ...]
     warnings: tuple[str, ...]
     delay: Interval = PUNCTUAL
+    own_points: OwnPoints | None = None
+    certainty: Certainty | None = None
 
     @property
     def blocks(self) -> tuple[Rational, Rational]:
@@ -91,19 +103,22 @@ class Identification:
 
     def to_dict(self) -> dict[str, object]:
         """Return the answer of ``rig identify --json``, schema rig.identify/1, less the rig-file form of the model."""
+        own = self.own_points
         blocks = {
             name: {
-                "points": [point.to_dict() for point in points],
-                "rational": {"num": list(block.num), "den": list(block.den), "dead_time_s": block.dead_time_s},
+                "points": [point.to_dict() for point in points], **_own_points(mine), "rational": self._rational(name),
             }
-            for name, points, block in zip(("G1", "G2"), (self.g1, self.g2), self.blocks, strict=True)
-        }
+            for name, points, mine in (
+                ("G1", self.g1, own.g1 if own else None), ("G2", self.g2, own.g2 if own else None),
+            )
+        }  # fmt: skip
         return {
             "schema": SCHEMA,
             "backlash": {**{k: v.to_dict() for k, v in self.borders.items()}, "unit": "V"} if self.borders else None,
             "backlash_own_scale": {k: v.to_dict() for k, v in self.own_scale.items()} if self.own_scale else None,
             **blocks,
             "delay_s": self.delay.to_dict(),
+            "normalisation": {"V_p": own.v_p.to_dict(), "G2(0)": number(self.model.g2.dc_gain)} if own else None,
             "staircase": [point.to_dict() for point in self.staircase],
             "fit": {
                 "rms_V": number(self.rms_v), "noise_rms_V": number(self.noise.rms_v), "noise_from": self.noise.origin,
@@ -111,4 +126,28 @@ class Identification:
             },
             "not_identifiable": [item.to_dict() for item in self.not_identifiable],
             "warnings": list(self.warnings),
+            "covariance": self.certainty.to_dict() if self.certainty else None,
         }  # fmt: skip
+
+    def _rational(self, name: str) -> dict[str, object]:
+        """Return a block's coefficients in its own scale, with intervals where the fit gave them."""
+        block = self.blocks[0 if name == "G1" else 1]
+        told: dict[str, object] = {"num": list(block.num), "den": list(block.den), "dead_time_s": block.dead_time_s}
+        if self.certainty is None:
+            return told
+        sides = {side: self._ends(name, side, values) for side, values in (("num", block.num), ("den", block.den))}
+        delay = PUNCTUAL if name == "G1" else self.delay
+        return {**told, "ci95": {**sides, "dead_time_s": [number(delay.low), number(delay.high)]}}
+
+    def _ends(self, name: str, side: str, values: tuple[float, ...]) -> list[list[float | None]]:
+        """Return the 95 % interval of every coefficient of one side; the constant term is held."""
+        assert self.certainty is not None
+        last, found = values[-1], []
+        for k in range(len(values) - 1, 0, -1):
+            interval = self.certainty.interval(f"{name}.{side}.s{k}")
+            found.append([number(end) for end in sorted((interval.low * last, interval.high * last))])
+        return [*found, [number(last), number(last)]]
+
+
+def _own_points(points: tuple[FrequencyPoint, ...] | None) -> dict[str, object]:
+    return {} if points is None else {"points_own_scale": [point.to_dict() for point in points]}

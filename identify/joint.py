@@ -8,19 +8,19 @@ from threadpoolctl import threadpool_limits
 
 from identify.advice import misfit, warnings
 from identify.blocks import LinearBlock
-from identify.chain import model_of
+from identify.certainty import certainty, fitted_model
 from identify.delay import total_delay
-from identify.effects import chain_of, physics_in
+from identify.effects import chain_of
 from identify.fit import Fit, fit
 from identify.holdout import counted, settling_s
 from identify.identifiability import unidentifiable
-from identify.identification import Identification, StairPoint
+from identify.identification import Identification, OwnPoints, StairPoint
 from identify.inflation import inflation
 from identify.model import Model
 from identify.noise import Noise, noise_of
-from identify.normalised import scaled_borders
+from identify.normalised import peak_interval, scale_of, scaled_borders
 from identify.observe import Observation, pooled_rms, refined
-from identify.response import played_hz, points
+from identify.response import harmonics_hz, played_hz, points
 from identify.staircase import staircase
 from identify.start import stabilised, started
 from identify.trace import Trace, intersample_of
@@ -76,19 +76,27 @@ def _answer(
 ) -> Identification:
     """Write the identification."""
     wider = inflation(found.chain, observations)
-    own, normalised = scaled_borders(model, found, wider)
+    scale = scale_of(found.chain)
+    own, normalised = scaled_borders(found, scale, wider)
     rms_v = pooled_rms(piece for o in observations for piece in o.misfits(found.chain))
     spread_v = pooled_rms(piece for o in observations for piece in o.deviations())
     blocks = {s.name: s for s in found.chain.stages if isinstance(s, LinearBlock)}
     frequencies = played_hz(observations, _corner_hz(model))
-    refitted = replace(model_of(found.chain, model), noise_v=noise.rms_v, physics=physics_in(found.chain))
+    harmonics = harmonics_hz(frequencies, observations)
     return Identification(
-        model=refitted, fit=found, observations=observations, noise=noise, rms_v=rms_v,
+        model=replace(fitted_model(found.chain, model), noise_v=noise.rms_v),
+        fit=found, observations=observations, noise=noise, rms_v=rms_v,
         fit_percent=100.0 * (1.0 - rms_v / spread_v) if spread_v > 0.0 else 0.0, borders=normalised, own_scale=own,
-        g1=points(found, blocks["G1"], frequencies, wider), g2=points(found, blocks["G2"], frequencies, wider),
+        g1=points(found, blocks["G1"], frequencies, wider, scale.v_p),
+        g2=points(found, blocks["G2"], harmonics, wider, lambda chain: scale.g2_gain),
         delay=total_delay(found, wider),
         staircase=stairs, not_identifiable=unidentifiable(model, found),
         warnings=(*misfit(rms_v, noise), *warnings(found, observations)),
+        own_points=OwnPoints(
+            peak_interval(found, scale, wider), points(found, blocks["G1"], frequencies, wider),
+            points(found, blocks["G2"], harmonics, wider),
+        ),
+        certainty=certainty(model, found, wider),
     )  # fmt: skip
 
 

@@ -1,23 +1,66 @@
-"""What are the borders in the paper's scale, where only what the data can tell is left free (eq. 5)?"""
+"""What are borders and blocks in the paper's scale, V_p = 1 and G2(0) = 1 (eqs. 5a-5d), and how sure are they there?
 
-from identify.blocks import Play
+V_p is the peak of G1's answer to a unit step; it is G1(0) unless G1 overshoots. A negative V_p turns the direction of
+v around, so that loading and unloading change places.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from identify.blocks import LinearBlock, Play
+from identify.chain import Chain
 from identify.fit import Fit
 from identify.interval import Interval
-from identify.model import Model
+from identify.model import Rational
+from identify.overshoot import peak, peak_s
+from identify.propagation import propagated
+from identify.trace import Array
 
 BORDERS = ("S_L", "D_L", "S_U", "D_U")
 
 
-def scaled_borders(model: Model, fit: Fit, wider: float) -> tuple[dict[str, Interval], dict[str, Interval]]:
-    """Return the borders in the rig file's scale, and with abs(G1(0)) = abs(G2(0)) = 1 as in the paper."""
+@dataclass(frozen=True)
+class Scale:
+    """How the fitted blocks are brought to the paper's scale: when G1's step response peaks, and G2(0)."""
+
+    peak_s: float
+    g2_gain: float
+
+    def v_p(self, chain: Chain) -> float:
+        """Return V_p of a chain near the fit, V/V."""
+        return peak(rational_of(chain, "G1"), self.peak_s)
+
+
+def scale_of(chain: Chain) -> Scale:
+    """Return the paper's scale of a fitted chain."""
+    return Scale(peak_s(rational_of(chain, "G1")), rational_of(chain, "G2").dc_gain)
+
+
+def rational_of(chain: Chain, name: str) -> Rational:
+    """Return a fitted linear block by name."""
+    block = next(s for s in chain.stages if isinstance(s, LinearBlock) and s.name == name)
+    return block.rational(tuple(chain.values[p.name] for p in block.parameters()))
+
+
+def peak_interval(fit: Fit, scale: Scale, wider: float) -> Interval:
+    """Return V_p, V/V."""
+    return propagated(fit, lambda chain: np.array([scale.v_p(chain)])).intervals(wider)[0]
+
+
+def scaled_borders(fit: Fit, scale: Scale, wider: float) -> tuple[dict[str, Interval], dict[str, Interval]]:
+    """Return the borders in the rig file's scale, and in the paper's; empty for a rig without straight borders."""
     if fit.chain.stage_of(Play) is None:
         return {}, {}
-    own = {n: Interval(fit.chain.values[f"F.{n}"], *fit.ci95(f"F.{n}", wider)) for n in BORDERS}
-    gains = {"S": abs(model.g1.dc_gain * model.g2.dc_gain), "D": 1.0 / abs(model.g1.dc_gain)}
-    return own, {n: _scaled(i, gains[n[0]]) for n, i in own.items()}
+    own = {name: Interval(fit.chain.values[f"F.{name}"], *fit.ci95(f"F.{name}", wider)) for name in BORDERS}
+    found = propagated(fit, lambda chain: _borders(chain, scale)).intervals(wider)
+    return own, dict(zip(BORDERS, found, strict=True))
 
 
-def _scaled(interval: Interval, gain: float) -> Interval:
-    """Return an interval in another scale."""
-    ends = sorted((interval.low * gain, interval.high * gain))
-    return Interval(interval.value * gain, ends[0], ends[1])
+def _borders(chain: Chain, scale: Scale) -> Array:
+    """Return S_L, D_L, S_U, D_U with V_p = 1 and G2(0) = 1 (eq. 5a with k_1 = V_p, k_2 = G2(0))."""
+    s_l, d_l, s_u, d_u = (chain.values[f"F.{name}"] for name in BORDERS)
+    if (v_p := scale.v_p(chain)) < 0.0:
+        s_l, d_l, s_u, d_u = s_u, d_u, s_l, d_l
+    gain = v_p * scale.g2_gain
+    return np.array([s_l * gain, d_l / v_p, s_u * gain, d_u / v_p])

@@ -183,7 +183,9 @@ def frequency_response(found: Identification) -> Picture | None:
     if not (found.g1 or found.g2):
         return None
     figure, axes = new_figure(2, 2, 4.6)
-    sets = zip(("G1", "G2"), (found.g1, found.g2), found.blocks, strict=True)
+    g1, g2 = found.blocks
+    unit = found.own_points.v_p.value if found.own_points else 1.0
+    sets = (("G1", found.g1, scaled(g1, unit)), ("G2", found.g2, scaled(g2, g2.dc_gain)))
     for column, (name, points, block) in enumerate(sets):
         _response_axes(axes[column], axes[2 + column], points, block)
         axes[column].set(title=name, ylabel="gain")
@@ -191,8 +193,14 @@ def frequency_response(found: Identification) -> Picture | None:
     return Picture(
         "Frequency response of G1 and G2", embedded(figure),
         f"Gain and phase of G1 at {len(found.g1)} and of G2 at {len(found.g2)} frequencies with 95 % intervals",
-        "Points are the excited frequencies with their 95 % intervals; the line is the fitted rational function.",
+        "Points with 95 % intervals at the excited frequencies and, for G2, at harmonics; the line is the fitted "
+        "rational function. Scaled as in the paper: V_p = 1, G2(0) = 1.",
     )  # fmt: skip
+
+
+def scaled(block: Rational, unit: float) -> Rational:
+    """Return a block over the gain that counts as one."""
+    return Rational(tuple(b / unit for b in block.num), block.den, block.dead_time_s)
 
 
 def _response_axes(gain: "Axes", phase: "Axes", points: Sequence[FrequencyPoint], block: Rational) -> None:

@@ -1,21 +1,21 @@
 """What are gain and phase of a fitted linear block at the frequencies that were played, and how sure are they?"""
 
-import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from identify.blocks import LinearBlock
 from identify.chain import Chain
 from identify.delay import delay_s
-from identify.fit import DIFFERENCE, Fit
+from identify.fit import Fit
 from identify.identification import FrequencyPoint
-from identify.interval import Interval
 from identify.noise import period_of, stretches
 from identify.observe import Observation
+from identify.propagation import propagated
 from identify.trace import Array, part
 
 MOST = 24  # frequencies reported
+HARMONICS = 5  # of a played frequency at which G2 is told, as in the paper's Table 5
 POWERFUL = 0.01  # share of the largest line above which a line of u counts as played
 
 
@@ -34,6 +34,13 @@ def played_hz(observations: Sequence[Observation], corner_hz: float) -> tuple[fl
     return tuple(np.geomspace(0.1 * corner_hz, 10.0 * corner_hz, 9).tolist())
 
 
+def harmonics_hz(played: Sequence[float], observations: Sequence[Observation]) -> tuple[float, ...]:
+    """Return the played frequencies and what F makes of them, up to the fifth harmonic below half the slowest rate."""
+    highest = 0.5 * min(o.trace.rate_hz for o in observations)
+    found = {float(f"{k * f:.9g}") for f in played for k in range(1, HARMONICS + 1) if k == 1 or k * f < highest}
+    return tuple(sorted(found)) if len(found) <= MOST else tuple(played)
+
+
 def _lines_hz(u: Array, rate_hz: float) -> Array:
     """Return the frequencies of the strong lines of one period."""
     spectrum = np.abs(np.fft.rfft(u - np.mean(u)))
@@ -42,23 +49,24 @@ def _lines_hz(u: Array, rate_hz: float) -> Array:
 
 
 def points(
-    fitted: Fit, block: LinearBlock, frequencies_hz: Sequence[float], inflation: float
-) -> tuple[FrequencyPoint, ...]:
-    """Return gain (V/V) and phase (rad) of a block with 95 % intervals from the fit's covariance (delta method)."""
+    fitted: Fit, block: LinearBlock, frequencies_hz: Sequence[float], inflation: float,
+    unit: Callable[[Chain], float] | None = None,
+) -> tuple[FrequencyPoint, ...]:  # fmt: skip
+    """Return gain and phase (rad) of a block with 95 % intervals from the fit's covariance (delta method).
+
+    The gain is told over ``unit``, the gain that counts as one; in V/V when there is none.
+    """
     s = 2j * np.pi * np.asarray(frequencies_hz)
-    centre = _log_response(fitted.chain, block, s)
-    slopes = np.zeros((len(fitted.coordinates), s.size), dtype=np.complex128)
-    for i, c in enumerate(fitted.coordinates):
-        moved = fitted.chain.with_values({c.name: c.value(float(fitted.theta[i]) + DIFFERENCE)})
-        slopes[i] = (_log_response(moved, block, s) - centre) / DIFFERENCE
-    found = []
-    for k, f in enumerate(frequencies_hz):
-        parts = (slopes[:, k].real, slopes[:, k].imag)
-        half = [1.96 * inflation * math.sqrt(max(float(part @ fitted.covariance @ part), 0.0)) for part in parts]
-        gain, phase = float(np.exp(centre[k].real)), float(centre[k].imag)
-        spread = Interval(gain, gain * float(np.exp(-half[0])), gain * float(np.exp(half[0])))
-        found.append(FrequencyPoint(float(f), spread, Interval(phase, phase - half[1], phase + half[1])))
-    return tuple(found)
+
+    def law(chain: Chain) -> Array:
+        one = unit(chain) if unit else 1.0
+        value = _log_response(chain, block, s) - np.log(abs(one)) - (1j * np.pi if one < 0.0 else 0.0)
+        return np.concatenate((value.real, value.imag))
+
+    found = propagated(fitted, law)
+    gains, phases = found.intervals(inflation, "log")[: s.size], found.intervals(inflation)[s.size :]
+    rows = zip(frequencies_hz, gains, phases, strict=True)
+    return tuple(FrequencyPoint(float(f), gain, phase) for f, gain, phase in rows)
 
 
 def _log_response(chain: Chain, block: LinearBlock, s: np.ndarray) -> np.ndarray:

@@ -72,7 +72,7 @@ def identified(found: "Identification") -> Iterator[str]:
 
     yield identification_sentence(found)
     if found.borders:
-        yield "  backlash, normalised so that G1(0) = G2(0) = 1:"
+        yield "  backlash, normalised so that V_p = 1 (the peak of G1 under a step of 1 V) and G2(0) = 1:"
     for name, interval in found.borders.items():
         yield f"    {name}  {shown_interval(interval, 'V' if name.startswith('D') else 'V/V')}"
     if line := line_sentence(found.model):
