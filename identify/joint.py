@@ -75,7 +75,7 @@ def _answer(
     model: Model, observations: tuple[Observation, ...], found: Fit, stairs: tuple[StairPoint, ...], noise: Noise
 ) -> Identification:
     """Write the identification."""
-    wider = inflation(found.chain, observations)
+    wider = inflation(found.chain, observations, noise.freedom)
     scale = scale_of(found.chain)
     own, normalised = scaled_borders(found, scale, wider)
     rms_v = pooled_rms(piece for o in observations for piece in o.misfits(found.chain))

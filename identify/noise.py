@@ -13,6 +13,8 @@ import numpy as np
 from identify.trace import LONG, Array, Mask, Samples, Trace, blocks, part, regrouped
 
 ENOUGH = 50  # differences needed before an estimate is trusted
+DWELLS_SHARE = 2.0 / 3.0  # neighbouring differences share a reading: 1 / (1 + 2 / 4) as many are independent
+PERIODS_SHARE = DWELLS_SHARE**2  # differences in time of differences between periods share readings both ways
 FIR_TAPS = 64
 FIR_ROWS = 200_000  # samples a free filter is fitted to, at most
 BEGINNINGS = tuple(1 << bits for bits in (16, 18, 20, 21))  # samples in which the period of a long signal is looked for
@@ -20,10 +22,14 @@ BEGINNINGS = tuple(1 << bits for bits in (16, 18, 20, 21))  # samples in which t
 
 @dataclass(frozen=True)
 class Noise:
-    """The standard deviation of one reading in V, and where that figure comes from."""
+    """The standard deviation of one reading in V, and where that figure comes from.
+
+    ``freedom`` is how many independent readings would tell it as well; infinite for a figure that is taken as given.
+    """
 
     rms_v: float
     origin: str
+    freedom: float = float("inf")
 
 
 @dataclass(frozen=True)
@@ -46,12 +52,13 @@ def noise_of(traces: Sequence[Trace], settle_s: float, declared_v: float | None 
     them is available.
     """
     floor = quantisation_rms(traces)
-    for origin, differences in (("repeated periods", _of_periods), ("settled dwells", _of_dwells)):
+    sources = (("repeated periods", _of_periods, PERIODS_SHARE), ("settled dwells", _of_dwells, DWELLS_SHARE))
+    for origin, differences, share in sources:
         pool = _Pool()
         for trace in traces:
             pool = differences(trace, round(settle_s * trace.rate_hz), pool)
         if pool.count >= ENOUGH:
-            return Noise(max(float(np.sqrt(pool.total / pool.count)), floor), origin)
+            return Noise(max(float(np.sqrt(pool.total / pool.count)), floor), origin, share * pool.count)
     if declared_v:
         return Noise(max(declared_v, floor), "the rig file")
     bound = min((_free_filter_rms(trace) for trace in traces), default=float("inf"))

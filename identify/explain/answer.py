@@ -44,7 +44,7 @@ class Answer:
         self.model, self.data, self.bench, self.rounds, self.dropped = model, data, bench, rounds, dropped
         self.plain, self.better, self.beyond = plain, earned.hypothesis, earned.beyond
         self.noise_v = data.noise.rms_v
-        self.inflation = inflation(self.better.fit.chain, bench.observations)
+        self.inflation = inflation(self.better.fit.chain, bench.observations, data.noise.freedom)
         self.before_v = held_out_rms(adapted(plain.fit.chain, data.test), data.test)
         self.after_v = held_out_rms(adapted(self.better.fit.chain, data.test), data.test)
         self.unnamed = self._unnamed() if not self.better.effects else None
