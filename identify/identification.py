@@ -1,7 +1,7 @@
 """What is the answer to "which rig made these recordings"?"""
 
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from identify.certainty import Certainty
 from identify.fit import Fit
@@ -9,6 +9,10 @@ from identify.interval import Interval, number
 from identify.model import Model, Rational
 from identify.noise import Noise
 from identify.observe import Observation
+
+if TYPE_CHECKING:
+    from identify.advice import Advice
+    from identify.information import StepInformation
 
 SCHEMA = "rig.identify/1"
 PUNCTUAL = Interval(0.0, 0.0, 0.0)  # a rig without dead time, s
@@ -95,6 +99,8 @@ class Identification:
     delay: Interval = PUNCTUAL
     own_points: OwnPoints | None = None
     certainty: Certainty | None = None
+    advice: "tuple[Advice, ...]" = ()
+    steps: "tuple[StepInformation, ...]" = ()
 
     @property
     def blocks(self) -> tuple[Rational, Rational]:
@@ -127,6 +133,8 @@ class Identification:
             "not_identifiable": [item.to_dict() for item in self.not_identifiable],
             "warnings": list(self.warnings),
             "covariance": self.certainty.to_dict() if self.certainty else None,
+            "advice": [item.to_dict() for item in self.advice],
+            "steps": [step.to_dict() for step in self.steps],
         }  # fmt: skip
 
     def _rational(self, name: str) -> dict[str, object]:

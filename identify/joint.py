@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from identify.advice import misfit, warnings
+from identify.advice import advice, bench_of, misfit, unsettled
 from identify.blocks import LinearBlock
 from identify.certainty import certainty, fitted_model
 from identify.delay import total_delay
@@ -16,6 +16,7 @@ from identify.holdout import counted, settling_s
 from identify.identifiability import unidentifiable
 from identify.identification import Identification, OwnPoints, StairPoint
 from identify.inflation import inflation
+from identify.information import information
 from identify.model import Model
 from identify.noise import Noise, noise_of
 from identify.normalised import peak_interval, scale_of, scaled_borders
@@ -83,20 +84,23 @@ def _answer(
     blocks = {s.name: s for s in found.chain.stages if isinstance(s, LinearBlock)}
     frequencies = played_hz(observations, _corner_hz(model))
     harmonics = harmonics_hz(frequencies, observations)
+    refitted = replace(fitted_model(found.chain, model), noise_v=noise.rms_v)
+    told = information(found.chain, found.coordinates, observations)
+    advised = advice(bench_of(refitted, found.chain.values), [o.trace for o in observations], told, stairs)
     return Identification(
-        model=replace(fitted_model(found.chain, model), noise_v=noise.rms_v),
-        fit=found, observations=observations, noise=noise, rms_v=rms_v,
+        model=refitted, fit=found, observations=observations, noise=noise, rms_v=rms_v,
         fit_percent=100.0 * (1.0 - rms_v / spread_v) if spread_v > 0.0 else 0.0, borders=normalised, own_scale=own,
         g1=points(found, blocks["G1"], frequencies, wider, scale.v_p),
         g2=points(found, blocks["G2"], harmonics, wider, lambda chain: scale.g2_gain),
         delay=total_delay(found, wider),
         staircase=stairs, not_identifiable=unidentifiable(model, found),
-        warnings=(*misfit(rms_v, noise), *warnings(found, observations)),
         own_points=OwnPoints(
             peak_interval(found, scale, wider), points(found, blocks["G1"], frequencies, wider),
             points(found, blocks["G2"], harmonics, wider),
         ),
         certainty=certainty(model, found, wider),
+        warnings=(*misfit(rms_v, noise), *unsettled(found), *(a.sentence for a in advised if not a.remark)),
+        advice=advised, steps=told.steps(),
     )  # fmt: skip
 
 

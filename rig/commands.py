@@ -49,20 +49,30 @@ def command(name: str, *examples: str) -> Callable[[Command], click.Command]:
 @click.argument("protocol")
 @device_option
 @click.option("--plot", metavar="F.png", help="Draw a preview.")
-def check(protocol: str, device: str | None, plot: str | None) -> None:
+@json_option
+def check(protocol: str, device: str | None, plot: str | None, json_to: str | None) -> None:
     """Prove PROTOCOL before any output.
 
-    Tells the exact samples, levels, slew, duration, limits, the rate the device makes, the buffer and disk it takes.
+    Tells the exact samples, levels, slew, duration, limits, the rate the device makes, the buffer and disk it takes;
+    and, where the protocol names its rig, how sure the answer would be, which step tells what, and what to change.
     """
-    from rig import narration, session
+    from rig import foresight, narration, session
+    from rig.outputs import json_text, write_text
 
-    _check_destinations(plot)
+    _check_destinations(plot, json_to)
     found = session.check(protocol, device)
+    told = foresight.foreseen(found)
     if plot:
         from rig.preview import draw_plan
 
         draw_plan(found.plan, plot)
+    if json_to and json_to != "-":
+        write_text(json_to, json_text(foresight.to_dict(found, told)))
+    if json_to == "-":
+        click.echo(json_text(foresight.to_dict(found, told)), nl=False)
+        return
     _say(narration.checked(found))
+    _say(narration.foreseen(told))
 
 
 @command("run", "rig run protocols/sine_50hz.yaml --out sine.h5", "rig run my.yaml --device serial:/dev/ttyACM0")

@@ -9,10 +9,15 @@ from rig.units import show
 if TYPE_CHECKING:
     from identify.explain.explanation import Explanation, Finding
     from identify.identification import Identification
+    from identify.information import Information
+    from rig.foresight import Foresight
     from rig.recorded import Recording
     from rig.registry import Attached
     from rig.session import Checked, Recorded
     from rig.workflow import Simulated
+
+MOST_SHARES = 3
+LEAST_SHARE = 0.05
 
 
 def checked(found: "Checked") -> Iterator[str]:
@@ -31,6 +36,29 @@ def checked(found: "Checked") -> Iterator[str]:
         yield f"  buffer    {can.buffer_samples} samples in the device, {_time(can.buffer_samples / plan.rate_hz)}"
     for note in plan.notes:
         yield f"  note      {note}"
+
+
+def foreseen(told: "Foresight") -> Iterator[str]:
+    """Tell how sure the answer would be, which step it would come from, and what to change."""
+    if told.information is not None:
+        noise = f"noise {shown(told.noise_v, 'V', 3)} ({told.noise_from})"
+        yield f"  expected  95 % intervals where the rig is as its file says, {noise}:"
+        yield from (f"    {line}" for line in expected_lines(told.information))
+    for advice in told.advice:
+        yield f"  {'remark' if advice.remark else 'advice'}    {advice.sentence}"
+
+
+def expected_lines(told: "Information") -> Iterator[str]:
+    """Yield every quantity with its expected interval and the steps it is told by, largest share first."""
+    for expected in told.expected():
+        q = expected.quantity
+        if not expected.told:
+            yield f"{q.name:<18} {shown(q.value, q.unit):<12} not told by this protocol"
+            continue
+        shares = sorted(expected.shares.items(), key=lambda item: -item[1])[:MOST_SHARES]
+        told_by = ", ".join(f"{100.0 * share:.0f} % {label}" for label, share in shares if share >= LEAST_SHARE)
+        half = shown(1.96 * expected.sd, q.unit, 2)
+        yield f"{q.name:<18} {shown(q.value, q.unit):<12} ± {half:<9} {told_by}"
 
 
 def recorded(done: "Recorded") -> Iterator[str]:

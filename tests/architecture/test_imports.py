@@ -22,6 +22,9 @@ SEES_BOTH = {  # who may import more of identify than its plain data, and what
         "identify.joint", "identify.explain", "identify.report", "identify.chain", "identify.effects",
         "identify.simulate",
     },
+    "rig.foresight": {
+        "identify.advice", "identify.effects", "identify.fit", "identify.information", "identify.observe",
+    },
     "rig.rigfile": {"identify.effects", "identify.border"},
     "rig.linearblock": {"identify.discretise"},
     "rig.preview": {"identify.drawing"},
