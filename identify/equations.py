@@ -9,11 +9,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from identify.harmonics import coefficients, slopes, threshold_v
-from identify.model import Backlash, Model, Rational
+from identify.model import Backlash, Model
 from identify.periods import Complex, Period
+from identify.steady import beside_w, frequency_response
 from identify.trace import Array
 
 Matrix = NDArray[np.float64]
@@ -22,12 +23,6 @@ HIGHEST = 0.4  # of the sample rate: above it lines of y fold back
 MOST = 40  # harmonics of one sine
 SAME = 1e-6  # relative difference of frequencies that are one
 BORDERS = 4
-
-
-def frequency_response(block: Rational, frequencies_hz: ArrayLike) -> Complex:
-    """Return num(jw) / den(jw) exp(-jw dead_time_s)."""
-    s = 2j * np.pi * np.asarray(frequencies_hz, dtype=np.float64)
-    return np.asarray(np.polyval(block.num, s) / np.polyval(block.den, s) * np.exp(-s * block.dead_time_s))
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,14 +150,16 @@ def _about(period: Period, model: Model) -> Backlash:
 
 
 def _read(period: Period, model: Model) -> Sine:
-    """Return the mean and the harmonics of a sine that ``model`` expects above the noise."""
+    """Return the mean and the harmonics of a sine that ``model`` expects above the noise, less the work of images."""
     step = period.played[0]
     orders = np.arange(min(int(HIGHEST * period.u.size / step), MOST) + 1)
     expected = coefficients(amplitude_v(period, model), 0.0, _about(period, model), orders)
     expected *= np.abs(frequency_response(model.g2, orders * frequency_of(period)))
     sd = period.sd_v[orders * step]
     used = orders[(np.abs(expected) > SEEN * sd) | (orders == 0)]
-    return read_at(period, used, model.g1.dc_gain)
+    sine = read_at(period, used, model.g1.dc_gain)
+    images = frequency_response(model.g2, used * sine.frequency_hz) * beside_w(period, model, used * step)
+    return replace(sine, y=sine.y - images)
 
 
 def read_at(period: Period, orders: NDArray[np.int64], g1_dc_gain: float) -> Sine:

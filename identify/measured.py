@@ -16,17 +16,14 @@ from identify.harmonics import threshold_v
 from identify.interval import Interval, number
 from identify.model import Backlash, Model
 from identify.natural_units import shown
+from identify.newton import UNTOLD, least_squares, variances
 from identify.periods import Period
 from identify.trace import Array
 
 Matrix = NDArray[np.float64]
 WIDEST = 0.2  # standard deviation of a log gain or of a phase in rad beyond which a point is not determined
 DIM = 1.0  # the same beyond which noise is no longer the reason
-UNTOLD = 1e3  # standard deviation of a log gain, and of a phase in rad, that nothing tells of
 SIGNIFICANT = 3.0  # standard deviations by which slopes differ before their difference may separate anything
-ROUNDS, HALVINGS = 40, 12
-LARGEST = 0.5  # change of an unknown in one step
-NEGLIGIBLE = 1e-8  # gain in chi-squared that ends the search
 EXACT = 1e-9  # relative width of what is known exactly
 EVEN = "the backlash makes no even harmonic that stands above the noise; equal slopes make none at all"
 INSEPARABLE = (
@@ -96,8 +93,7 @@ def measured(sines: Sequence[Period], known: Known, wider: float = 1.0) -> Measu
     if not system.sines:
         return Measured(tuple(_ordered(still)))
     anchor = _Anchor.of(system, known)
-    start = system.start(known.model)
-    x, chi_squared, count = _solved(system, anchor, start)
+    x, chi_squared, count = _solved(system, anchor)
     variance = variances(anchor.curvature + _curvature(system, x, known))
     sd = np.sqrt(variance)
     freedom = count - round(float(np.sum(1.0 - variance / UNTOLD**2)))
@@ -137,41 +133,17 @@ class _Anchor:
         return cls(rows, start)
 
 
-def _solved(system: Equations, anchor: _Anchor, x: Array) -> tuple[Array, float, int]:
-    """Return the unknowns of least squares, what is left in chi-squared, and the number of rows.
+def _solved(system: Equations, anchor: _Anchor) -> tuple[Array, float, int]:
+    """Return the unknowns of least squares, what is left in chi-squared, and the number of rows."""
 
-    Gauss-Newton, a step halved until it helps; a direction nothing tells of is held by a ridge and stays where it is.
-    """
-    ridge = np.eye(x.size) * UNTOLD**-2.0
-    missed = _missed(system, anchor, x)
-    for _ in range(ROUNDS):
-        rows = np.concatenate((system.jacobian(x), anchor.rows))
-        right = -rows.T @ missed
-        step = np.linalg.solve(rows.T @ rows + ridge, right)
-        if float(step @ right) < NEGLIGIBLE:
-            break
-        step *= min(1.0, LARGEST / float(np.max(np.abs(step))))
-        x, missed = _towards(system, anchor, (x, missed), step)
-    return x, float(missed @ missed), missed.size
-
-
-def _missed(system: Equations, anchor: _Anchor, x: Array) -> Array:
-    """Return the residuals of all rows; infinite where no play has such borders."""
-    try:
+    def missed(x: Array) -> Array:
         return np.concatenate((system.residual(x), anchor.residual(x)))
-    except ValueError:
-        return np.full(anchor.at.size, np.inf)
 
+    def rows(x: Array) -> Matrix:
+        return np.concatenate((system.jacobian(x), anchor.rows))
 
-def _towards(system: Equations, anchor: _Anchor, here: tuple[Array, Array], step: Array) -> tuple[Array, Array]:
-    """Return the unknowns and their residuals after as much of the step as helps; after none when nothing does."""
-    x, missed = here
-    for _ in range(HALVINGS):
-        trial = _missed(system, anchor, x + step)
-        if float(trial @ trial) < float(missed @ missed):
-            return x + step, trial
-        step = 0.5 * step
-    return x, missed
+    x, left = least_squares(missed, rows, anchor.at)
+    return x, float(left @ left), left.size
 
 
 def _surest(g1_hz: Array, members: Sequence[int], known: Known) -> tuple[int, int]:
@@ -209,38 +181,27 @@ def _curvature(system: Equations, x: Array, known: Known) -> Matrix:
     return np.asarray(rows.T @ rows)
 
 
-def variances(curvature: Matrix) -> Array:
-    """Return the variance of every unknown; what the data do not hold is as uncertain as a factor of 20."""
-    held = curvature + np.eye(curvature.shape[0]) * UNTOLD**-2.0
-    scale = 1.0 / np.sqrt(np.diag(held))
-    inverted = np.linalg.inv(held * np.outer(scale, scale))
-    return np.asarray(np.maximum(np.diag(inverted), 0.0) * scale**2)
-
-
 def _points(system: Equations, x: Array, sd: Array) -> tuple[list[MeasuredPoint], list[MeasuredPoint]]:
     """Return the points of G1 and of G2 that the equations hold."""
     gain1, phase1, gain2, phase2, _ = system.places
-    one = [
-        _point(f, x[gain1.start + i], x[phase1.start + i], sd[gain1.start + i], sd[phase1.start + i])
-        for i, f in enumerate(system.g1_hz.tolist())
-    ]
-    two = [
-        _point(f, x[gain2.start + j], x[phase2.start + j], sd[gain2.start + j], sd[phase2.start + j])
-        for j, f in enumerate(system.g2_hz.tolist())
-    ]
+    one, two = (
+        [
+            point(f, (x[gain.start + i], x[phase.start + i]), (sd[gain.start + i], sd[phase.start + i]), "harmonics")
+            for i, f in enumerate(frequencies.tolist())
+        ]
+        for frequencies, gain, phase in ((system.g1_hz, gain1, phase1), (system.g2_hz, gain2, phase2))
+    )
     return one, two
 
 
-def _point(frequency_hz: float, log_gain: float, phase: float, log_sd: float, phase_sd: float) -> MeasuredPoint:
-    """Return one point; an unknown as wide as ``WIDEST`` has no number."""
-    turned = float(np.angle(np.exp(1j * phase)))
-    half, turn = 1.96 * log_sd, 1.96 * phase_sd
-    size = float(np.exp(log_gain))
-    gain = Interval(size, size * float(np.exp(-half)), size * float(np.exp(half))) if log_sd < WIDEST else None
-    spread = Interval(turned, turned - turn, turned + turn) if phase_sd < WIDEST else None
-    told = [_why(what, sd) for what, sd in (("gain", log_sd), ("phase", phase_sd)) if sd >= WIDEST]
-    assumed = NO_DEAD_TIME if spread else ""
-    return MeasuredPoint(frequency_hz, gain, spread, "harmonics", "; ".join(told), assumed)
+def point(frequency_hz: float, value: tuple[float, float], sd: tuple[float, float], origin: str) -> MeasuredPoint:
+    """Return a point from log gain and phase (rad) and their standard deviations; none as wide as ``WIDEST``."""
+    size, phase = float(np.exp(value[0])), float(np.angle(np.exp(1j * value[1])))
+    half, turn = 1.96 * float(sd[0]), 1.96 * float(sd[1])
+    gain = Interval(size, size * float(np.exp(-half)), size * float(np.exp(half))) if sd[0] < WIDEST else None
+    spread = Interval(phase, phase - turn, phase + turn) if sd[1] < WIDEST else None
+    told = [_why(what, s) for what, s in zip(("gain", "phase"), sd, strict=True) if s >= WIDEST]
+    return MeasuredPoint(frequency_hz, gain, spread, origin, "; ".join(told), NO_DEAD_TIME if spread else "")
 
 
 def _why(what: str, sd: float) -> str:

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from identify.equations import Equations, frequency_response, gathered, read_at
+from identify.equations import Equations, gathered, read_at
 from identify.model import Backlash, Rational
 from identify.periods import Complex, Period
+from identify.steady import frequency_response
 from identify.trace import Array
 
 MOVED = 5.0  # standard errors by which a reading must change before the point counts as moved (Remark 6.1)

@@ -7,14 +7,13 @@ Lines are complex amplitudes: a signal is Re sum of line_k exp(j 2 pi k f t), f 
 the period. (29b) as printed loses the quadrant and (29c) doubles n = 0 (physics.md 1.7); complex lines do neither.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from identify.noise import good, period_of, stretches
-from identify.trace import Array, Intersample, Trace
+from identify.trace import Array, Intersample, Trace, part
 
 Complex = NDArray[np.complex128]
 POWERFUL = 0.01  # share of the largest line above which a line of u counts as played
@@ -51,14 +50,17 @@ class Period:
         """Return the level u swings about."""
         return float(np.mean(self.u))
 
-    def drive(self, lines: Sequence[int]) -> Complex:
-        """Return the lines of u as G1 feels them, V: a held level is smaller by a sinc and late by half a sample."""
+    def drive(self, lines: ArrayLike) -> Complex:
+        """Return the lines of u, but not the mean, as G1 feels them, V: held, they are smaller and half a sample late.
+
+        Beyond half the sample rate they are the images of what was sampled.
+        """
         k = np.asarray(lines)
-        sampled = np.fft.rfft(self.u)[k] * (2.0 / self.u.size)
+        sampled = np.fft.fft(self.u)[k % self.u.size] * (2.0 / self.u.size)
         share = k / self.u.size
         if self.intersample == "held":
             return np.asarray(sampled * np.sinc(share) * np.exp(-1j * np.pi * share))
-        return np.asarray(sampled * np.sinc(share) ** 2) if self.intersample == "linear" else np.asarray(sampled)
+        return np.asarray(sampled * (np.sinc(share) ** 2 if self.intersample == "linear" else share < 0.5))
 
     def mean_y_v(self) -> Array:
         """Return the averaged period of eq. (30), V, shape (P,)."""
@@ -79,7 +81,7 @@ def periods(trace: Trace, settle_s: float, noise_v: float) -> tuple[Period, ...]
 
 def _period(trace: Trace, start: int, stop: int, settle_s: float, noise_v: float) -> Period | None:
     """Return the averaged period of one stretch; None when it has none, or u has lines that nobody put there."""
-    size = period_of(trace.u[start:stop])
+    size = period_of(part(trace.u, start, stop))
     first = start + max(round(settle_s * trace.rate_hz), size)
     if size < 8 or stop - first < size:
         return None
@@ -116,9 +118,11 @@ def _intact(trace: Trace, first: int, stop: int, size: int) -> NDArray[np.int64]
 def _averaged(trace: Trace, starts: NDArray[np.int64], size: int) -> tuple[Complex, Array | None]:
     """Return the mean lines over all periods and the sd of one period's (None for a single period)."""
     total, squares = np.zeros(size // 2 + 1, dtype=np.complex128), np.zeros(size // 2 + 1)
-    reference = _transformed(trace, starts[:1], size)[0]  # close to the mean: their difference loses no digits
-    for at in range(0, starts.size, max(BATCH // size, 1)):
-        apart = _transformed(trace, starts[at : at + max(BATCH // size, 1)], size) - reference
+    reference = _transformed(trace.y[starts[0] : starts[0] + size], size)[0]  # near the mean: no digits are lost
+    each = max(BATCH // size, 1)
+    for group in np.split(starts, range(each, starts.size, each)):
+        y = trace.y[group[0] : group[-1] + size]
+        apart = _transformed(y, size)[(group - group[0]) // size] - reference
         total += apart.sum(axis=0)
         squares += np.sum(np.abs(apart) ** 2, axis=0)
     mean = total / starts.size
@@ -128,10 +132,9 @@ def _averaged(trace: Trace, starts: NDArray[np.int64], size: int) -> tuple[Compl
     return reference + mean, np.sqrt(_pooled(variance))
 
 
-def _transformed(trace: Trace, starts: NDArray[np.int64], size: int) -> Complex:
-    """Return the lines of y of some periods, shape (periods, size // 2 + 1)."""
-    y = np.stack([trace.y[start : start + size] for start in starts.tolist()])
-    lines = np.fft.rfft(y, axis=1) * (2.0 / size)
+def _transformed(y: Array, size: int) -> Complex:
+    """Return the lines of successive periods, shape (periods, size // 2 + 1)."""
+    lines = np.fft.rfft(y.reshape(-1, size), axis=1) * (2.0 / size)
     lines[:, 0] *= 0.5
     return np.asarray(lines)
 

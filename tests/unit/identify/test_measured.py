@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from identify.equations import equations, frequency_response
+from identify.equations import equations
 from identify.measured import Known, exactly, linked, measured
 from identify.model import Backlash
 from identify.periods import periods
+from identify.steady import frequency_response
 from tests.proof.rigs import OP_AMP, SKEWED
 from tests.proof.stimuli import sine
 from tests.trials import model_of, noisy, recorded

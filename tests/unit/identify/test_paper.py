@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from identify import paper
-from identify.equations import frequency_response
 from identify.model import Rational
 from identify.periods import periods
+from identify.steady import frequency_response
 from tests.proof.rigs import OP_AMP
 from tests.proof.stimuli import sine
 from tests.trials import model_of, recorded
