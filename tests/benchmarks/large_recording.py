@@ -91,16 +91,13 @@ def stretches(samples: int) -> Iterator[Array]:
 def readings(rig: Rig, stimulus: Iterator[Array], seed: int = 0) -> Iterator[tuple[Array, Array]]:
     """Yield u and y, V, stretch by stretch, with white noise; the rig is at rest before."""
     step_s, random = 1.0 / (RATE_HZ * NODES), np.random.default_rng(seed)
-    (b1, a1), (b2, a2) = (
-        (np.ravel(num), den) for num, den, _ in (
-            cont2discrete((rig.g1_num, rig.g1_den), step_s, "zoh"), cont2discrete((rig.g2_num, rig.g2_den), step_s, "foh"),
-        )
-    )  # fmt: skip
+    num1, a1, _ = cont2discrete((rig.g1_num, rig.g1_den), step_s, "zoh")
+    num2, a2, _ = cont2discrete((rig.g2_num, rig.g2_den), step_s, "foh")
     z1, w, z2 = np.zeros(len(a1) - 1), 0.0, np.zeros(len(a2) - 1)
     for u in stimulus:
-        v, z1 = lfilter(b1, a1, np.repeat(u, NODES), zi=z1)
+        v, z1 = lfilter(np.ravel(num1), a1, np.repeat(u, NODES), zi=z1)
         ws = play(rig.s_l * (v - rig.d_l_v), rig.s_u * (v - rig.d_u_v), w, 1.0, 0.0)
-        x, z2 = lfilter(b2, a2, ws, zi=z2)
+        x, z2 = lfilter(np.ravel(num2), a2, ws, zi=z2)
         w = float(ws[-1])
         yield u, x[::NODES] + rig.noise_v * random.standard_normal(u.size)
 
