@@ -35,15 +35,19 @@ class Source(Stage):
 
     def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
         """Return the delay line; a held signal is late by one instant more, because y is read before u acts."""
-        steps = max(self.fixed_delay_s + sum(values), 0.0) / grid.step_s
-        whole = int(np.floor(steps + 1e-9))
-        fraction = max(steps - whole, 0.0)
+        whole, fraction = self.late(values, grid)
         if self.held:
-            return _delay_line(whole), Held(fraction)
+            return delay_line(whole), Held(fraction)
         return _interpolating_delay_line(whole, fraction), Ramp()
 
+    def late(self, values: Values, grid: Grid) -> tuple[int, float]:
+        """Return by how many whole steps, and by which fraction of one, the source is late."""
+        steps = max(self.fixed_delay_s + sum(values), 0.0) / grid.step_s
+        whole = int(np.floor(steps + 1e-9))
+        return whole, max(steps - whole, 0.0)
 
-def _delay_line(whole: int) -> Run:
+
+def delay_line(whole: int) -> Run:
     """Return a pure shift by ``whole`` instants; Block.source is already the voltage just before each instant."""
     past = np.zeros(whole)
 
@@ -60,7 +64,7 @@ def _delay_line(whole: int) -> Run:
 
 def _interpolating_delay_line(whole: int, fraction: float) -> Run:
     """Return a shift by ``whole + fraction`` instants, straight between instants."""
-    near, far = _delay_line(whole), _delay_line(whole + 1)
+    near, far = delay_line(whole), delay_line(whole + 1)
     return lambda block: (1.0 - fraction) * near(block) + fraction * far(block)
 
 

@@ -89,6 +89,19 @@ def transition(a: Matrix, b: Matrix, step: float) -> tuple[Matrix, Matrix, Matri
     return power[:n, :n], power[:n, n], power[:n, n + 1]
 
 
+def exact_step(
+    a: Matrix, b: Matrix, step: float, shape: InputShape, fraction: float = 0.0
+) -> tuple[Matrix, Matrix, Matrix]:
+    """Return (Phi, g0, g1) of x[j] = Phi x[j-1] + g0 s[j-1] + g1 s[j] for x' = a x + b s and an input of a shape."""
+    phi, held, ramp = transition(a, b, step)
+    if shape == "ramp":
+        return phi, held - ramp, ramp
+    if fraction == 0.0:
+        return phi, np.zeros_like(held), held
+    rest_phi, g1, _ = transition(a, b, step * (1.0 - fraction))
+    return phi, rest_phi @ transition(a, b, step * fraction)[1], g1
+
+
 @lru_cache(maxsize=4096)
 def stepper(num: Row, den: Row, step_s: float, shape: InputShape, fraction: float = 0.0) -> Stepper:
     """Return the exact stepper of num/den for an input of the given shape; ``fraction`` is for held inputs.
@@ -101,13 +114,5 @@ def stepper(num: Row, den: Row, step_s: float, shape: InputShape, fraction: floa
         gain = num[-1] / den[-1]
         return Stepper(((0.0,),), (0.0,), (0.0,), (0.0,), gain)
     a, b, taps, d, w0 = companion(num, den)
-    step = step_s * w0
-    phi, held, ramp = transition(a, b, step)
-    if shape == "ramp":
-        g0, g1 = held - ramp, ramp
-    elif fraction == 0.0:
-        g0, g1 = np.zeros_like(held), held
-    else:
-        rest_phi, g1, _ = transition(a, b, step * (1.0 - fraction))
-        g0 = rest_phi @ transition(a, b, step * fraction)[1]
+    phi, g0, g1 = exact_step(a, b, step_s * w0, shape, fraction)
     return Stepper(tuple(map(tuple, phi.tolist())), tuple(g0.tolist()), tuple(g1.tolist()), tuple(taps.tolist()), d)

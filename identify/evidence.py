@@ -5,7 +5,7 @@ of the residual after its change is made and the parameters have moved to first 
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,8 +15,9 @@ from scipy.linalg import cho_factor, cho_solve
 from identify.chain import Chain, local_name, signals, simulate
 from identify.effects.effect import Effect
 from identify.effects.hum import Hum
-from identify.fit import DIFFERENCE, Fit
+from identify.fit import Fit
 from identify.observe import Observation
+from identify.sensitivities import sensitivities
 from identify.stage import Place
 from identify.trace import Array
 
@@ -91,14 +92,15 @@ class Evidence:
 
         A coordinate the fit has pushed to its bound cannot mimic anything more: its row is zero.
         """
-        rows = []
-        for i, c in enumerate(self.fitted.coordinates):
-            if abs(float(self.fitted.theta[i])) > (1.0 - AT_BOUND) * c.bound:
-                rows.append(np.zeros(self.residual.size))
-                continue
-            moved = self.chain.with_values({c.name: c.value(float(self.fitted.theta[i]) + DIFFERENCE)})
-            rows.append((self._simulated(moved) - self._answer) / DIFFERENCE)
-        return np.array(rows).reshape(len(rows), self.residual.size)
+        fit = self.fitted
+        free = [
+            i for i, c in enumerate(fit.coordinates) if abs(float(fit.theta[i])) <= (1.0 - AT_BOUND) * c.bound
+        ]
+        scales = {fit.coordinates[i].name: fit.coordinates[i].slope(float(fit.theta[i])) for i in free}
+        coarse = [replace(o, substeps=SUBSTEPS) for o in self.observations]
+        rows = np.zeros((len(fit.coordinates), self.residual.size))
+        rows[free] = np.concatenate([sensitivities(self.chain, scales, o).slopes() for o in coarse], axis=1)
+        return rows
 
     @cached_property
     def _normal(self) -> tuple[Matrix, bool]:

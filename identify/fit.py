@@ -1,11 +1,10 @@
 """Which values of a chain's parameters make its answers closest to the recordings, and how sure are they?
 
 Joint maximum likelihood over all runs with white noise of known size: Gauss-Newton steps inside a trust box, on normal
-equations that are summed chunk by chunk. Sensitivities are one-sided differences; a perturbed chain shares with the
-unperturbed one every stage before the first that differs.
+equations that are summed chunk by chunk (identify.sensitivities).
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import exp, isfinite, log
@@ -15,12 +14,12 @@ from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, eigh
 from scipy.optimize import lsq_linear
 
-from identify.chain import Chain, advance, grid_of, local_name
+from identify.chain import Chain, local_name
 from identify.observe import Observation
-from identify.stage import Block, Parameter, is_fixed
+from identify.sensitivities import sensitivities
+from identify.stage import Parameter, is_fixed
 from identify.trace import Array
 
-DIFFERENCE = 1e-5  # step of the differences, in search coordinates
 WIDE = 3.0  # sd of the prior on a free log coordinate: a factor of 20
 WIDE_LINEAR = 10.0  # sd of the prior on a linear coordinate, in units of its scale
 RADIUS = 0.5  # first half width of the trust box, in search coordinates
@@ -162,11 +161,12 @@ class _Problem:
         """Return the normal matrix J'J / sigma^2 plus prior curvature, and the descent direction's right side."""
         matrix = np.diag(self.prior_sd**-2.0)
         right = -theta * self.prior_sd**-2.0
-        varied = [self.at(theta + DIFFERENCE * row) for row in np.eye(theta.size)]
+        chain = self.at(theta)
+        scales = {c.name: c.slope(float(t)) for c, t in zip(self.coordinates, theta, strict=True)}
         for observation in self.observations:
-            for residual, slopes in sensitivities(self.at(theta), varied, observation):
-                matrix += slopes @ slopes.T
-                right += slopes @ residual
+            curvature, pull = sensitivities(chain, scales, observation).normal()
+            matrix += curvature
+            right += pull
         return matrix, right
 
 
@@ -178,29 +178,6 @@ def chi_squared(chain: Chain, observation: Observation) -> float:
     except (ValueError, ArithmeticError, LinAlgError):
         return float("inf")
     return total / observation.noise_v**2
-
-
-def sensitivities(
-    chain: Chain, varied: Sequence[Chain], observation: Observation
-) -> Iterator[tuple[Array, NDArray[np.float64]]]:
-    """Yield, chunk by chunk, the used residual (n,) and its slopes (p, n) against each varied chain, per noise sd."""
-    grid = grid_of(observation.trace, observation.substeps)
-    base = chain.begin(grid)
-    firsts = [chain.first_difference(other, grid.run) for other in varied]
-    others = [other.begin(grid, first) for other, first in zip(varied, firsts, strict=True)]
-    for piece in observation.pieces():
-        passed: list[Block] = [piece.entering]
-        for stage in base:
-            passed.append(advance(stage, passed[-1]))
-        answer = piece.used(passed[-1].signal)
-        slopes = np.zeros((len(varied), answer.size))
-        for row, first, runs in zip(slopes, firsts, others, strict=True):
-            if runs:
-                block = passed[first]
-                for stage in runs:
-                    block = advance(stage, block)
-                row[:] = (piece.used(block.signal) - answer) / (DIFFERENCE * observation.noise_v)
-        yield piece.misfit(passed[-1].signal) / observation.noise_v, slopes
 
 
 def _search(problem: _Problem, theta: Array, iterations: int) -> Fit:

@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 
 from identify.chain import Chain
 from identify.excitation import named_steps
-from identify.fit import DIFFERENCE, Coordinate, inverse, sensitivities
+from identify.fit import Coordinate, inverse
 from identify.interval import number
 from identify.observe import Observation
 from identify.quantities import Quantity, corners_hz, quantities
+from identify.sensitivities import sensitivities
 from identify.trace import Step
 
 Matrix = NDArray[np.float64]
@@ -173,10 +174,9 @@ def _by_step(
 
 def _slopes(chain: Chain, coordinates: Sequence[Coordinate], observation: Observation) -> Iterator[tuple[int, Matrix]]:
     """Yield slopes of the readings against the coordinates per noise sd, with the number of readings yielded before."""
-    varied = [chain.with_values({c.name: c.value(DIFFERENCE)}) for c in coordinates]
-    first = 0
-    for residual, slopes in sensitivities(chain, varied, observation):
-        yield first, slopes
+    found, first = sensitivities(chain, {c.name: c.slope(0.0) for c in coordinates}, observation), 0
+    for residual, rows in found.chunks:
+        yield first, rows[:, found.columns].T
         first += residual.size
 
 

@@ -51,10 +51,10 @@ class Observation:
         """Return how many samples count."""
         return int(np.count_nonzero(self.use))
 
-    def pieces(self) -> Iterator[Piece]:
-        """Yield the run from its beginning, a chunk at a time: whoever walks it needs memory for one."""
+    def pieces(self, samples: int | None = None) -> Iterator[Piece]:
+        """Yield the run from its beginning, a chunk of samples at a time: whoever walks it needs memory for one."""
         grid = grid_of(self.trace, self.substeps)
-        for block in chunks(self.source, grid):
+        for block in chunks(self.source, grid, samples):
             at = slice(block.first // grid.substeps, (block.first + block.signal.size) // grid.substeps)
             yield Piece(block, self.trace.y[at], self.use[at])
 

@@ -12,7 +12,8 @@ import numpy as np
 
 from identify.blocks import Gain, LinearBlock, Play, Source
 from identify.chain import Chain
-from identify.fit import DIFFERENCE, Coordinate
+from identify.fit import Coordinate
+from identify.sensitivities import DIFFERENCE
 from identify.trace import Array
 
 

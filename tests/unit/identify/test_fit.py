@@ -8,9 +8,9 @@ from scipy.optimize import minimize
 from scipy.stats import binom, chi2
 
 from identify import chain as chain_module
-from identify.chain import local_name, plain_chain, simulate
+from identify.chain import local_name, plain_chain
 from identify.effects import chain_of
-from identify.fit import Coordinate, boxed_step, chi_squared, coordinates_of, fit, inverse, is_fixed, sensitivities
+from identify.fit import Coordinate, boxed_step, chi_squared, coordinates_of, fit, inverse, is_fixed
 from identify.model import Backlash, LinearF, Model, Physics, Rational
 from identify.stage import Parameter
 from identify.trace import Trace
@@ -214,19 +214,6 @@ def test_samples_that_do_not_count_do_not_count(rc):
     trace = Trace("stairs", 1e4, spoiled.trace.u, y)
     found = fit(plain_chain(model_of(RC)), [type(spoiled)(trace, use, NOISE_V, 2)])
     assert abs(found.chain.values["F.D_L"] - 1.25) < 4.0 * found.sd("F.D_L")
-
-
-def test_sensitivities_are_differences_of_answers(rc):
-    seen = observations(rc)[0]
-    chain = chain_of(model_of(RC, (Physics("feedthrough", {"k": 0.01}),)))
-    names = ("G1.den.s1", "F.D_L", "G2.den.s1", "feedthrough.k")
-    varied = [chain.with_values({name: chain.values[name] + 1e-5}) for name in names]
-    ((residual, slopes),) = sensitivities(chain, varied, seen)
-    base = simulate(chain, seen.trace, seen.substeps)
-    expected = [(simulate(other, seen.trace, seen.substeps) - base) / 1e-5 / NOISE_V for other in varied]
-    assert np.allclose(residual, (seen.trace.y - base) / NOISE_V, rtol=0, atol=1e-6)
-    assert np.allclose(slopes, expected, rtol=0, atol=1e-3 * np.abs(expected).max())
-    assert np.abs(expected).max(axis=1).min() > 1.0
 
 
 def test_cutting_a_run_into_chunks_changes_neither_cost_nor_fit(rc, monkeypatch):
