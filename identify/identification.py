@@ -46,9 +46,10 @@ class StairPoint:
 
     def to_dict(self) -> dict[str, object]:
         """Return the form of the charter."""
+        mean = self.mean_v.to_dict()
         return {
-            "run": self.run, "level_V": number(self.level_v), "mean_V": number(self.mean_v.value),
-            "ci95": [number(self.mean_v.low), number(self.mean_v.high)], "branch": self.branch,
+            "run": self.run, "level_V": number(self.level_v), "mean_V": mean["value"], "ci95": mean["ci95"],
+            "branch": self.branch,
         }  # fmt: skip
 
 

@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass
 
+DIGITS, MOST_DIGITS = 6, 16  # significant ones in a JSON answer
+
 
 @dataclass(frozen=True)
 class Interval:
@@ -14,10 +16,18 @@ class Interval:
 
     def to_dict(self, unit: str = "") -> dict[str, object]:
         """Return the form JSON answers use."""
-        named = {"unit": unit} if unit else {}
-        return {"value": number(self.value), **named, "ci95": [number(self.low), number(self.high)]}
+        named, digits = {"unit": unit} if unit else {}, self._digits()
+        low, high = number(self.low, digits), number(self.high, digits)
+        return {"value": number(self.value, digits), **named, "ci95": [low, high]}
+
+    def _digits(self) -> int:
+        """Return how many significant digits show the width of the interval to three digits, six at least."""
+        width, largest = self.high - self.low, max(abs(self.low), abs(self.high))
+        if not 0.0 < width < math.inf:
+            return DIGITS
+        return min(max(DIGITS, 3 + math.ceil(math.log10(largest / width))), MOST_DIGITS)
 
 
-def number(value: float, digits: int = 6) -> float | None:
+def number(value: float, digits: int = DIGITS) -> float | None:
     """Return a float rounded to ``digits`` significant digits, None when it is not finite: JSON has no infinity."""
     return float(f"{value:.{digits}g}") if math.isfinite(value) else None

@@ -53,3 +53,12 @@ def test_json_has_no_infinity(value):
 def test_answers_carry_value_unit_and_interval():
     assert Interval(1.0, 0.5, math.inf).to_dict("V") == {"value": 1.0, "unit": "V", "ci95": [0.5, None]}
     assert Interval(1.23456789, 1.0, 2.0).to_dict() == {"value": 1.23457, "ci95": [1.0, 2.0]}
+
+
+@given(st.floats(-1e3, 1e3), st.floats(1e-12, 1.0))
+def test_rounding_does_not_hide_how_narrow_an_interval_is(value, half):
+    told = Interval(value, value - half, value + half).to_dict()
+    rounding = max(0.01 * half, 4e-16 * abs(value))
+    assert told["value"] == pytest.approx(value, rel=0, abs=rounding)
+    low, high = told["ci95"]
+    assert high - low == pytest.approx(2.0 * half, rel=0, abs=max(0.02 * half, 1e-15 * abs(value)))
