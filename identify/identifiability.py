@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from identify.curved import SIDES, CurvedPlay
 from identify.fit import Fit
 from identify.identification import Unidentifiable
 from identify.model import Model
@@ -22,11 +23,30 @@ def unidentifiable(model: Model, fit: Fit) -> tuple[Unidentifiable, ...]:
             f"G1(0) = {model.g1.dc_gain:.4g} and G2(0) = {model.g2.dc_gain:.4g} as in the rig file",
         ),
     ]  # fmt: skip
+    found += _of_shape(fit)
     for i, c in enumerate(fit.coordinates):
         if float(np.sqrt(fit.covariance[i, i])) > UNSEEN * c.prior_sd and not c.parameter.local:
             kept = f"the rig file's value {shown(c.centre, c.parameter.unit)} is kept"
-            found.append(Unidentifiable(c.name, "no run excites it", kept))
+            found.append(Unidentifiable(c.parameter.label or c.name, "no run excites it", kept))
     return tuple(found)
+
+
+def _of_shape(fit: Fit) -> list[Unidentifiable]:
+    """Return what the shape of bent borders leaves open."""
+    stage = fit.chain.stage_of(CurvedPlay)
+    if stage is None:
+        return []
+    ends = [
+        f"the {name} border outside {points[0][0]:.4g} to {points[-1][0]:.4g} V"
+        for name, points in zip(SIDES.values(), (stage.start.loading, stage.start.unloading), strict=True)
+    ]
+    return [
+        Unidentifiable(
+            "bent borders against a rising law right behind F", "such a law after F is F with bent borders, exactly",
+            "all of the bend given to the borders",
+        ),
+        Unidentifiable(" and ".join(ends), "no knot lies there", "each goes on straight"),
+    ]
 
 
 def _delay_assumed(model: Model) -> str:

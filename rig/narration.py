@@ -103,6 +103,8 @@ def identified(found: "Identification") -> Iterator[str]:
         yield "  backlash, normalised so that V_p = 1 (the peak of G1 under a step of 1 V) and G2(0) = 1:"
     for name, interval in found.borders.items():
         yield f"    {name}  {shown_interval(interval, 'V' if name.startswith('D') else 'V/V')}"
+    if found.bend:
+        yield f"  {found.bend.sentence}"
     if line := line_sentence(found.model):
         yield f"  {line}"
     for name, block in zip(("G1", "G2"), found.blocks, strict=True):
