@@ -80,7 +80,7 @@ class LinearBlock(Stage):
     start: Rational
     name: str
     place: Place
-    within: float = TOLERANCE_FACTOR
+    within: float | None = TOLERANCE_FACTOR
 
     def parameters(self) -> tuple[Parameter, ...]:
         """Return ``NAME.den.s2 NAME.den.s1``, from third order ``NAME.den.section1.s2 ...``; ``NAME.num.s1 ...``."""

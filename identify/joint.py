@@ -7,11 +7,8 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from identify.advice import advice, bench_of, misfit, unsettled
-from identify.bend import straight_values
 from identify.blocks import LinearBlock
 from identify.certainty import certainty, fitted_model
-from identify.curved import CurvedPlay
-from identify.curves import Bend, Form, bend_of, bending, in_form
 from identify.delay import total_delay
 from identify.effects import chain_of
 from identify.fit import Fit, fit
@@ -25,42 +22,34 @@ from identify.noise import Noise, noise_of
 from identify.normalised import peak_interval, scale_of, scaled_borders
 from identify.observe import Observation, pooled_rms, refined
 from identify.response import harmonics_hz, played_hz, points
+from identify.search import PATIENCE, Judge, searched, shortfall
 from identify.staircase import staircase
 from identify.start import stabilised, started
 from identify.trace import Trace, intersample_of
 
 
 def identify(
-    model: Model, traces: Sequence[Trace], progress: Callable[[str, float], None] | None = None,
-    borders: Form | None = None, knots: int | None = None,
-) -> Identification:  # fmt: skip
+    model: Model, traces: Sequence[Trace], progress: Callable[[str, float], None] | None = None
+) -> Identification:
     """Return the model refitted to all recordings at once, with intervals and what they cannot tell.
 
-    ``borders`` says of which form those of the backlash are to be, None: as the rig file has them; curved ones have
-    ``knots`` points each, None: as many as the data pay for. Raises ValueError with one sentence when the recordings
-    cannot be used.
+    Raises ValueError with one sentence when the recordings cannot be used.
     """
     with threadpool_limits(1, "blas"):
-        model, mirrored = stabilised(in_form(model, borders))
-        answer = _identified(model, traces, progress or (lambda sentence, share: None), borders == "curved", knots)
-    return replace(answer, warnings=(*mirrored, *answer.warnings))
+        return _identified(model, traces, progress or (lambda sentence, share: None))
 
 
-def _identified(
-    model: Model, traces: Sequence[Trace], note: Callable[[str, float], None], to_bend: bool, knots: int | None
-) -> Identification:
+def _identified(model: Model, traces: Sequence[Trace], note: Callable[[str, float], None]) -> Identification:
     """Read the staircase, fit, and write the answer."""
     note("reading the staircase", 0.05)
+    model, mirrored = stabilised(model)
     observations, noise = observed(model, traces)
     stairs = tuple(p for o in observations for p in staircase(o, settling_s(model), model.g1.dc_gain))
     note("fitting all runs together", 0.2)
-    observations, found = fitted(model, observations, stairs)
-    bend = None
-    if to_bend:
-        note("bending the borders", 0.5)
-        observations, found, bend = bending(model, found, observations, noise, knots)
+    observations, found = fitted(model, observations, stairs, noise.freedom)
     note("writing the answer", 0.9)
-    return _answer(model, observations, found, stairs, noise, bend)
+    answer = _answer(model, observations, found, stairs, noise)
+    return replace(answer, warnings=(*mirrored, *answer.warnings))
 
 
 def observed(model: Model, traces: Sequence[Trace]) -> tuple[tuple[Observation, ...], Noise]:
@@ -75,24 +64,24 @@ def observed(model: Model, traces: Sequence[Trace]) -> tuple[tuple[Observation, 
 
 
 def fitted(
-    model: Model, observations: tuple[Observation, ...], stairs: Sequence[StairPoint]
+    model: Model, observations: tuple[Observation, ...], stairs: Sequence[StairPoint], freedom: float
 ) -> tuple[tuple[Observation, ...], Fit]:
     """Fit all runs together; return the observations on the grids that the result needs, and the fit."""
     chain = chain_of(model, intersample_of([o.trace for o in observations]))
-    coarse = fit(started(model, chain, observations, stairs), observations, chain.values, model.fixed)
+    start = started(model, chain, observations, stairs)
+    first = fit(start, observations, chain.values, model.fixed)
+    coarse = searched(model, Judge(observations, freedom), first, start)
     finer = tuple(refined(o, coarse.chain) for o in observations)
-    return finer, fit(coarse.chain, finer, chain.values, model.fixed)
+    centre = {c.name: c.centre for c in coarse.coordinates}
+    return finer, fit(coarse.chain, finer, centre, model.fixed, PATIENCE)
 
 
 def _answer(
-    model: Model, observations: tuple[Observation, ...], found: Fit, stairs: tuple[StairPoint, ...], noise: Noise,
-    bend: Bend | None,
-) -> Identification:  # fmt: skip
+    model: Model, observations: tuple[Observation, ...], found: Fit, stairs: tuple[StairPoint, ...], noise: Noise
+) -> Identification:
     """Write the identification."""
     wider = inflation(found.chain, observations, noise.freedom)
     scale = scale_of(found.chain)
-    if bend is None and found.chain.stage_of(CurvedPlay) is not None:
-        bend = bend_of(found, wider)
     own, normalised = scaled_borders(found, scale, wider)
     rms_v = pooled_rms(piece for o in observations for piece in o.misfits(found.chain))
     spread_v = pooled_rms(piece for o in observations for piece in o.deviations())
@@ -101,30 +90,29 @@ def _answer(
     harmonics = harmonics_hz(frequencies, observations)
     refitted = replace(fitted_model(found.chain, model), noise_v=noise.rms_v)
     told = information(found.chain, found.coordinates, observations)
-    advised = advice(bench_of(refitted, straight_values(found.chain)), [o.trace for o in observations], told, stairs)
+    advised = advice(bench_of(refitted, found.chain.values), [o.trace for o in observations], told, stairs)
     return Identification(
         model=refitted, fit=found, observations=observations, noise=noise, rms_v=rms_v,
         fit_percent=100.0 * (1.0 - rms_v / spread_v) if spread_v > 0.0 else 0.0, borders=normalised, own_scale=own,
         g1=points(found, blocks["G1"], frequencies, wider, scale.v_p),
         g2=points(found, blocks["G2"], harmonics, wider, lambda chain: scale.g2_gain),
-        delay=total_delay(found, wider), bend=bend,
-        staircase=stairs, not_identifiable=unidentifiable(model, refitted, found, observations, stairs),
-        own_points=_own_points(found, frequencies, harmonics, wider),
+        delay=total_delay(found, wider),
+        staircase=stairs, not_identifiable=unidentifiable(model, found),
+        own_points=OwnPoints(
+            peak_interval(found, scale, wider), points(found, blocks["G1"], frequencies, wider),
+            points(found, blocks["G2"], harmonics, wider),
+        ),
         certainty=certainty(model, found, wider),
-        warnings=(*misfit(rms_v, noise), *unsettled(found), *(a.sentence for a in advised if not a.remark)),
+        warnings=(*_shortcomings(found, observations, noise, rms_v), *(a.sentence for a in advised if not a.remark)),
         advice=advised, steps=told.steps(),
     )  # fmt: skip
 
 
-def _own_points(
-    found: Fit, frequencies: Sequence[float], harmonics: Sequence[float], wider: float
-) -> OwnPoints:
-    """Return V_p, and both blocks in the scale of the rig file."""
-    blocks = {s.name: s for s in found.chain.stages if isinstance(s, LinearBlock)}
-    return OwnPoints(
-        peak_interval(found, scale_of(found.chain), wider), points(found, blocks["G1"], frequencies, wider),
-        points(found, blocks["G2"], harmonics, wider),
-    )  # fmt: skip
+def _shortcomings(
+    found: Fit, observations: tuple[Observation, ...], noise: Noise, rms_v: float
+) -> tuple[str, ...]:
+    """Return in words in what the fit fell short."""
+    return (*misfit(rms_v, noise), *shortfall(found, observations, noise.freedom), *unsettled(found))
 
 
 def _corner_hz(model: Model) -> float:

@@ -12,6 +12,7 @@ from identify.stage import Block
 from identify.trace import Array, Mask, Samples, Trace, blocks, regrouped
 
 FINEST = 32  # instants to a sample, at most
+SEEN = 0.1  # standard deviations of a matched test that stepping may be wrong by
 LARGEST = 1 << 30  # instants of a run, at most: bounds time
 
 
@@ -94,7 +95,8 @@ def pooled_rms(parts: Iterable[Array]) -> float:
 def refined(observation: Observation, chain: Chain) -> Observation:
     """Return the observation on the coarsest grid whose stepping error cannot be seen in its noise.
 
-    The difference to the finest grid, summed over the run as a matched test would, stays below one standard deviation.
+    The difference to the finest grid, summed over the run as a matched test would, stays below ``SEEN`` of a
+    standard deviation: the errors of several runs may all pull a value the same way.
     """
     finest = min(FINEST, 1 << max(int(np.log2(LARGEST / observation.trace.size)), 1))
     substeps = observation.substeps
@@ -104,12 +106,12 @@ def refined(observation: Observation, chain: Chain) -> Observation:
 
 
 def _is_seen(observation: Observation, chain: Chain, substeps: int, finest: int) -> bool:
-    """Return whether the error of stepping reaches one standard deviation; the run is left where it does."""
+    """Return whether the error of stepping reaches SEEN standard deviations; the run is left where it does."""
     answers = (answered(chain, observation.trace, n, CHUNK // finest) for n in (substeps, finest))
     total, first = 0.0, 0
     for coarse, fine in zip(*answers, strict=True):
         error = (coarse - fine)[observation.use[first : first + coarse.size]]
         total, first = total + float(error @ error), first + coarse.size
-        if total >= observation.noise_v**2:
+        if total >= (SEEN * observation.noise_v) ** 2:
             return True
     return False

@@ -1,0 +1,172 @@
+"""From where does a fit lead down to the noise, when the first start does not?
+
+The first fit begins at the rig file's values, with the borders that the staircase gives. Only where it ends above the
+noise, on a bound or without a minimum are its blocks set free, and where that does not help either, many rigs are drawn
+around what is known, tried on thinned data, the best of them fitted for a few iterations, and the best of those to the
+end. The draws are the same every time.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identify.advice import FITS
+from identify.blocks import LinearBlock, Play
+from identify.chain import Chain, simulate
+from identify.fit import Fit, fit
+from identify.model import Backlash, Model
+from identify.observe import Observation
+from identify.stage import is_fixed
+from identify.thinning import thinned
+
+SURE = 5.0  # standard deviations by which the residual must exceed the noise before it counts as above it
+AT_BOUND = 0.01  # distance to a bound, relative to it, at which a value counts as sitting on it
+PATIENCE = 100  # iterations of a fit whose start is not trusted
+CLEARLY = 0.5  # share of chi-squared below which another minimum is preferred although it does not reach the noise
+DRAWS = 150  # rigs tried in a round
+ROUNDS = 4
+FITTED = 6  # of the rigs tried, those fitted for a few iterations
+FEW = 8  # iterations
+FINALISTS = 2
+
+Draw = Callable[[Chain, np.random.Generator], Chain]
+
+
+@dataclass(frozen=True)
+class Judge:
+    """Whether a fit reached the noise of ``observations``, a size known as well as ``freedom`` readings tell it."""
+
+    observations: tuple[Observation, ...]
+    freedom: float = float("inf")
+
+    def excess(self, fitted: Fit) -> float:
+        """Return by how many standard deviations the residual's variance lies above the noise's."""
+        count = sum(o.count for o in self.observations)
+        doubt = np.sqrt(2.0 / max(count, 1) + 2.0 / self.freedom)
+        return float((fitted.cost / max(count, 1) - 1.0) / doubt)
+
+    def at_noise(self, fitted: Fit) -> bool:
+        """Return whether the residual is not larger than chance makes it."""
+        return self.excess(fitted) <= SURE
+
+    def settled(self, fitted: Fit) -> bool:
+        """Return whether a fit reached a minimum at the noise, inside its bounds."""
+        return fitted.converged and self.at_noise(fitted) and not on_bound(fitted)
+
+    def preferred(self, one: Fit, other: Fit) -> Fit:
+        """Return the better fit; ``other`` has to reach the noise, or to leave half as much."""
+        if other.cost < one.cost and (self.at_noise(other) or other.cost < CLEARLY * one.cost):
+            return other
+        return one
+
+
+def on_bound(fitted: Fit) -> tuple[str, ...]:
+    """Return the names of the values that sit on a bound."""
+    pairs = zip(fitted.coordinates, fitted.theta, strict=True)
+    return tuple(c.name for c, theta in pairs if abs(float(theta)) > (1.0 - AT_BOUND) * c.bound)
+
+
+def shortfall(fitted: Fit, observations: tuple[Observation, ...], freedom: float) -> tuple[str, ...]:
+    """Return in words that a fit sits on a bound, or leaves a little more than the noise."""
+    found = [f"{name} sits on the bound of its search: its interval does not count" for name in on_bound(fitted)]
+    left = float(np.sqrt(fitted.cost / max(sum(o.count for o in observations), 1)))
+    if not Judge(observations, freedom).at_noise(fitted) and left <= FITS:
+        found.append(
+            f"the model leaves {left:.4g} times the noise, more than chance does: something small is missing, or "
+            "the fit ended beside the best values"
+        )
+    return tuple(found)
+
+
+def freed(chain: Chain, fixed: Sequence[str]) -> Chain:
+    """Return the chain centred on its own values, blocks unbounded; poles that now lie close share a section."""
+    for stage in chain.stages:
+        values = tuple(chain.values[p.name] for p in stage.parameters())
+        other: LinearBlock | Play
+        if type(stage) is LinearBlock and not is_fixed(stage.name, fixed) and not is_fixed(f"{stage.name}.den", fixed):
+            other = replace(stage, start=stage.rational(values), within=None)
+        elif type(stage) is Play:
+            other = Play(Backlash(*values))
+        else:
+            continue
+        named = zip([p.name for p in other.parameters()], other.start_values(), strict=True)
+        chain = chain.with_replaced(stage, other, dict(named))
+    return chain
+
+
+def searched(model: Model, judge: Judge, first: Fit, start: Chain) -> Fit:
+    """Return the first fit, or where it fails the one that another start leads to."""
+    if judge.settled(first):
+        return first
+    free = fit(freed(first.chain, model.fixed), judge.observations, None, model.fixed, PATIENCE)
+    found = judge.preferred(first, free)
+    if judge.at_noise(found):
+        return found
+    thin, rng = thinned(judge.observations), np.random.default_rng(0)
+    for _ in range(ROUNDS):
+        for chain in finalists(model, start, thin, rng):
+            found = judge.preferred(found, fit(chain, judge.observations, None, model.fixed, PATIENCE))
+            if judge.settled(found):
+                return found
+    return found
+
+
+def finalists(model: Model, start: Chain, thin: Sequence[Observation], rng: np.random.Generator) -> list[Chain]:
+    """Return the best of many draws after a few iterations on thinned data, each freed for the fit to come."""
+    drawn = [start, *(around(start, model.fixed, rng) for _ in range(DRAWS))]
+    scored = sorted(((scaled(chain, model.fixed, thin)) for chain in drawn), key=lambda pair: pair[0])
+    fits = [fit(freed(c, model.fixed), thin, None, model.fixed, FEW) for _, c in scored[:FITTED]]
+    best = sorted(fits, key=lambda f: f.cost)[:FINALISTS]
+    return [freed(f.chain, model.fixed) for f in best]
+
+
+def around(chain: Chain, fixed: Sequence[str], rng: np.random.Generator) -> Chain:
+    """Return a chain of the same structure, its time constants, dampings and delays drawn around its values."""
+    values = {}
+    swap = _swap(chain, fixed) if rng.uniform() < 0.3 else {}
+    for parameter in chain.parameters():
+        name, value = parameter.name, chain.values[parameter.name] * swap.get(parameter.name, 1.0)
+        if is_fixed(name, fixed) or name.startswith("F."):
+            continue
+        if parameter.coordinate == "log":
+            values[name] = value * float(np.exp(0.5 * rng.standard_normal()))
+        elif ".num." in name:
+            values[name] = value * (1.0 + 0.5 * float(rng.standard_normal()))
+    return chain.with_values(values)
+
+
+def _swap(chain: Chain, fixed: Sequence[str]) -> dict[str, float]:
+    """Return the factors on the values of G1 and G2 that exchange their speeds: which is the slow one is not known."""
+    blocks = [s for s in chain.stages if type(s) is LinearBlock and not is_fixed(s.name, fixed)]
+    if len(blocks) != 2:
+        return {}
+    times = [_time_s(chain, block) for block in blocks]
+    ratio = times[1] / times[0]
+    factors = {}
+    for block, factor in zip(blocks, (ratio, 1.0 / ratio), strict=True):
+        for parameter in block.parameters():
+            factors[parameter.name] = factor ** int(parameter.name[-1])
+    return factors
+
+
+def _time_s(chain: Chain, block: LinearBlock) -> float:
+    """Return the geometric mean of a block's time constants."""
+    den = block.rational(tuple(chain.values[p.name] for p in block.parameters())).den
+    return float(den[0] ** (1.0 / max(len(den) - 1, 1)))
+
+
+def scaled(chain: Chain, fixed: Sequence[str], observations: Sequence[Observation]) -> tuple[float, Chain]:
+    """Return chi-squared and the chain with the slopes of F scaled to make it smallest."""
+    yy, yx, xx = 0.0, 0.0, 0.0
+    try:
+        with np.errstate(over="ignore", invalid="ignore"):
+            for o in observations:
+                x, y = simulate(chain, o.trace, o.substeps)[o.use] / o.noise_v, o.trace.y[:][o.use] / o.noise_v
+                yy, yx, xx = yy + float(y @ y), yx + float(y @ x), xx + float(x @ x)
+    except (ValueError, ArithmeticError):
+        return float("inf"), chain
+    slopes = [n for n in ("F.S_L", "F.S_U", "F.gain") if n in chain.values]
+    if any(is_fixed(n, fixed) for n in slopes) or not np.isfinite(yx) or yx <= 0.0 or chain.stage_of(Play) is None:
+        return (yy - 2.0 * yx + xx if np.isfinite(xx) else float("inf")), chain
+    return yy - yx * yx / xx, chain.with_values({n: chain.values[n] * yx / xx for n in slopes})
