@@ -1,8 +1,9 @@
 """What is the shape of a border of the backlash that is not straight?
 
-A border is points (v, w) that rise, joined by a monotone cubic: w and dw/dv are continuous, every piece rises, and two
-points are a straight line. The slope at an inner point is the weighted harmonic mean of the rises beside it (Fritsch
-and Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300); beyond the first and last point the border goes on straight.
+A border is points (v, w) that rise, joined by a cubic spline: twice differentiable, exact for a line and for a cubic,
+off by the fourth power of the distance of the points for any other smooth curve. Where such a spline would fall
+between points, its slope there is held to what keeps every piece rising (Fritsch and Carlson, SIAM J. Numer. Anal. 17
+(1980) 238); dw/dv stays continuous. Beyond the first and last point the border goes on straight.
 """
 
 from dataclasses import dataclass
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from identify.model import CurvedBacklash, Points
 from identify.trace import Array
 
-STEEPEST = 3.0  # slope at a point over the rise beside it up to which a cubic is monotone (Fritsch and Carlson, 1980)
+FLATTEST, STEEPEST = 0.1, 3.0  # slope at a point over the rises beside it that keeps a piece rising
 BETWEEN = 16  # places looked at between two points
 
 
@@ -43,7 +44,7 @@ def border(v: Array, w: Array) -> Border:
     if not (np.all(width > 0.0) and np.all(rise > 0.0)):
         raise ValueError("the points of a border rise in v and in w")
     mean = rise / width
-    slope = slopes(width, mean)
+    slope = slopes(v, w)
     first, second = slope[:-1], slope[1:]
     rows = np.zeros((v.size + 1, 4))
     rows[1:-1] = np.column_stack(
@@ -53,17 +54,15 @@ def border(v: Array, w: Array) -> Border:
     return Border(v, np.concatenate((v[:1], v)), rows)
 
 
-def slopes(width: Array, mean: Array) -> Array:
-    """Return dw/dv at every point from the widths of the pieces and their mean slopes; all positive.
+def slopes(v: Array, w: Array) -> Array:
+    """Return dw/dv at every point: of the cubic spline, held between bounds by the mean slopes beside it."""
+    from scipy.interpolate import CubicSpline
 
-    At an end the logarithm of the slope goes on as it came, which keeps it positive and smooth in the points.
-    """
-    before, behind = width[:-1], width[1:]
-    inner = 3.0 * (before + behind) / ((2.0 * behind + before) / mean[:-1] + (behind + 2.0 * before) / mean[1:])
-    if inner.size == 0:
-        return np.repeat(mean, 2)
-    ends = [min(m * m / s, STEEPEST * m) for m, s in ((mean[0], inner[0]), (mean[-1], inner[-1]))]
-    return np.concatenate((ends[:1], inner, ends[1:]))
+    mean = np.diff(w) / np.diff(v)
+    free = CubicSpline(v, w)(v, 1)
+    beside = np.column_stack((np.concatenate((mean[:1], mean)), np.concatenate((mean, mean[-1:]))))
+    least = np.min(beside, axis=1)
+    return np.asarray(np.clip(free, FLATTEST * least, STEEPEST * least))
 
 
 def of_points(points: Points) -> Border:

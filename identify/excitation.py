@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.model import Rational
-from identify.noise import period_of
-from identify.trace import Array, Step, Trace
+from identify.noise import period_of, settled_dwells
+from identify.trace import Array, Samples, Step, Trace, part
 
-LONGEST = 1 << 21  # samples of a step that are looked at
+LONGEST = 1 << 21  # samples of a step that are looked at at once
 SMOOTH = 16  # distinct levels in a period from which it is a wave and not a walk
 STRONG = 1e-3  # share of the largest line above which a line of a period counts
 FINE, FINEST = 4096, 1 << 20  # instants in a period on which the peaks of v are read off
@@ -88,8 +88,10 @@ def excitations(trace: Trace) -> Iterator[Wave | Walk]:
     for step in named_steps(trace):
         if step.label not in seen:
             seen.add(step.label)
-            u = np.asarray(trace.u[step.start : min(step.stop, step.start + LONGEST)])
-            found = excitation(step, u, trace.rate_hz)
+            u = part(trace.u, step.start, step.stop)
+            found = excitation(step, u[:LONGEST], trace.rate_hz)
+            if isinstance(found, Walk) and u.size > LONGEST:
+                found = _long_walk(step, u, trace.rate_hz) or found
             if found is not None:
                 yield found
 
@@ -118,6 +120,15 @@ def _is_wave(u: Array, period: Array) -> bool:
 def _stands(u: Array) -> bool:
     """Return whether u stands still most of the time."""
     return bool(np.count_nonzero(np.diff(u)) < u.size // 20)
+
+
+def _long_walk(step: Step, u: Samples, rate_hz: float) -> Walk | None:
+    """Return the levels that were held for at least two samples; None when there are none."""
+    dwells = settled_dwells(u, 0)
+    if not dwells:
+        return None
+    levels = np.concatenate([u[start : start + 1] for start, _ in dwells])
+    return Walk(step.label, rate_hz, levels, min(stop - start + 1 for start, stop in dwells) / rate_hz)
 
 
 def _walk(step: Step, u: Array, rate_hz: float) -> Walk:

@@ -1,39 +1,43 @@
-"""Which directions of the model do these data leave open, and what holds them?"""
+"""What can these recordings not tell, and what holds it: a stated assumption, or the step that would settle it?
 
-import numpy as np
+Two kinds, the second first: what no recording of u and y can tell, held by assumptions; and what these recordings did
+not reach, with the step that would reach it. Between them stand the points of G1 and G2 that rest on the rig file's
+orders.
+"""
 
+from collections.abc import Sequence
+from dataclasses import replace
+from math import hypot
+
+from identify.assumptions import assumed
+from identify.blocks import Play
 from identify.fit import Fit
-from identify.identification import Unidentifiable
-from identify.model import Model
-from identify.natural_units import shown
+from identify.identification import StairPoint, Unidentifiable
+from identify.model import Backlash, Model
+from identify.observe import Observation
+from identify.sines import tones_of, untold_by_sines
+from identify.unexcited import few_levels, railed, unexcited
+from identify.visits import visits
 
-UNSEEN = 0.7  # share of its prior's width above which a parameter was not determined by the data
-
-
-def unidentifiable(model: Model, fit: Fit) -> tuple[Unidentifiable, ...]:
-    """Return the directions the data cannot tell: those of every such rig, and parameters no run excited."""
-    found = [
-        Unidentifiable(
-            "delay shared between G1 and G2", "a delay before F gives the same output as one behind it",
-            _delay_assumed(model),
-        ),
-        Unidentifiable(
-            "gain shared between G1, F and G2", "only the product reaches the reading",
-            f"G1(0) = {model.g1.dc_gain:.4g} and G2(0) = {model.g2.dc_gain:.4g} as in the rig file",
-        ),
-    ]  # fmt: skip
-    for i, c in enumerate(fit.coordinates):
-        if float(np.sqrt(fit.covariance[i, i])) > UNSEEN * c.prior_sd and not c.parameter.local:
-            kept = f"the rig file's value {shown(c.centre, c.parameter.unit)} is kept"
-            found.append(Unidentifiable(c.name, "no run excites it", kept))
-    return tuple(found)
+DIFFERENT = 3.0  # standard deviations from which two slopes count as two
 
 
-def _delay_assumed(model: Model) -> str:
-    """Return where the delay is put, and where the rig file puts it when that is elsewhere."""
-    kept = "G1 assumed without dead time, all of it given to G2"
-    first_s, second_s = model.g1.dead_time_s, model.g2.dead_time_s
-    if first_s == 0.0:
-        return kept
-    there = f"{shown(first_s, 's')} to G1" + (f" and {shown(second_s, 's')} to G2" if second_s else "")
-    return f"{kept}; the rig file gives {there}"
+def unidentifiable(
+    model: Model, fitted: Model, fit: Fit, observations: Sequence[Observation], stairs: Sequence[StairPoint]
+) -> tuple[Unidentifiable, ...]:
+    """Return every direction the data leave open; ``model`` is as the rig file has it, ``fitted`` as found."""
+    tones = tuple(tone for o in observations for tone in tones_of(o.trace, o.noise_v))
+    where = visits(fit.chain, observations) if fit.chain.stage_of(Play) is not None else None
+    return (
+        *unexcited(fit, observations, tones, where), *few_levels(stairs, tones), *railed(stairs),
+        *untold_by_sines(_with_equal_slopes(fitted, fit), tones), *assumed(model, fit, observations),
+    )  # fmt: skip
+
+
+def _with_equal_slopes(model: Model, fit: Fit) -> Model:
+    """Return the model with one slope where the data do not tell two: a difference of that size separates nothing."""
+    f = model.f
+    if not isinstance(f, Backlash) or abs(f.s_l - f.s_u) > DIFFERENT * hypot(fit.sd("F.S_L"), fit.sd("F.S_U")):
+        return model
+    slope = 0.5 * (f.s_l + f.s_u)
+    return replace(model, f=replace(f, s_l=slope, s_u=slope))

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 from identify.certainty import Certainty
+from identify.curves import Bend, curves_dict
 from identify.fit import Fit
 from identify.interval import Interval, number
 from identify.model import Model, Rational
@@ -80,8 +81,9 @@ class Identification:
     """The refitted model with intervals, what the staircase showed, and what the data cannot tell.
 
     ``borders`` (S_L, D_L, S_U, D_U), ``g1`` and ``g2`` are normalised as in the paper, V_p = 1 and G2(0) = 1; borders
-    are empty for a rig without backlash. ``own_scale`` and ``own_points`` have the same as the rig file's DC gains
-    leave them, ``certainty`` every number of ``model``; ``delay`` is the sum of all dead times, s.
+    are empty for a rig without backlash, and the nearest straight ones where they are bent. ``own_scale`` and
+    ``own_points`` have the same as the rig file's DC gains leave them, ``certainty`` every number of ``model``;
+    ``delay`` is the sum of all dead times, s. ``bend`` tells the shape of the borders where it was asked for.
     """
 
     model: Model
@@ -102,6 +104,7 @@ class Identification:
     certainty: Certainty | None = None
     advice: "tuple[Advice, ...]" = ()
     steps: "tuple[StepInformation, ...]" = ()
+    bend: Bend | None = None
 
     @property
     def blocks(self) -> tuple[Rational, Rational]:
@@ -121,8 +124,7 @@ class Identification:
         }  # fmt: skip
         return {
             "schema": SCHEMA,
-            "backlash": {**{k: v.to_dict() for k, v in self.borders.items()}, "unit": "V"} if self.borders else None,
-            "backlash_own_scale": {k: v.to_dict() for k, v in self.own_scale.items()} if self.own_scale else None,
+            **self._backlash(),
             **blocks,
             "delay_s": self.delay.to_dict(),
             "normalisation": {"V_p": own.v_p.to_dict(), "G2(0)": number(self.model.g2.dc_gain)} if own else None,
@@ -137,6 +139,19 @@ class Identification:
             "advice": [item.to_dict() for item in self.advice],
             "steps": [step.to_dict() for step in self.steps],
         }  # fmt: skip
+
+    def _backlash(self) -> dict[str, object]:
+        """Return the borders in both scales, their curves beside the straight ones."""
+        if not self.borders:
+            return {"backlash": None, "backlash_own_scale": None}
+        shape, own_shape = {}, {}
+        if self.bend is not None:
+            shape = {"curves": curves_dict(self.bend.normalised), "bend": self.bend.to_dict()}
+            own_shape = {"curves": curves_dict(self.bend.curves)}
+        return {
+            "backlash": {**{k: v.to_dict() for k, v in self.borders.items()}, "unit": "V", **shape},
+            "backlash_own_scale": {**{k: v.to_dict() for k, v in self.own_scale.items()}, **own_shape},
+        }
 
     def _rational(self, name: str) -> dict[str, object]:
         """Return a block's coefficients in its own scale, with intervals where the fit gave them."""

@@ -7,8 +7,11 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from identify.advice import advice, bench_of, misfit, unsettled
+from identify.bend import straight_values
 from identify.blocks import LinearBlock
 from identify.certainty import certainty, fitted_model
+from identify.curved import CurvedPlay
+from identify.curves import Bend, Form, bend_of, bending, in_form
 from identify.delay import total_delay
 from identify.effects import chain_of
 from identify.fit import Fit, fit
@@ -29,27 +32,36 @@ from identify.trace import Trace, intersample_of
 
 
 def identify(
-    model: Model, traces: Sequence[Trace], progress: Callable[[str, float], None] | None = None
-) -> Identification:
+    model: Model, traces: Sequence[Trace], progress: Callable[[str, float], None] | None = None,
+    borders: Form | None = None, knots: int | None = None,
+) -> Identification:  # fmt: skip
     """Return the model refitted to all recordings at once, with intervals and what they cannot tell.
 
-    Raises ValueError with one sentence when the recordings cannot be used.
+    ``borders`` says of which form those of the backlash are to be, None: as the rig file has them; curved ones have
+    ``knots`` points each, None: as many as the data pay for. Raises ValueError with one sentence when the recordings
+    cannot be used.
     """
     with threadpool_limits(1, "blas"):
-        return _identified(model, traces, progress or (lambda sentence, share: None))
+        model, mirrored = stabilised(in_form(model, borders))
+        answer = _identified(model, traces, progress or (lambda sentence, share: None), borders == "curved", knots)
+    return replace(answer, warnings=(*mirrored, *answer.warnings))
 
 
-def _identified(model: Model, traces: Sequence[Trace], note: Callable[[str, float], None]) -> Identification:
+def _identified(
+    model: Model, traces: Sequence[Trace], note: Callable[[str, float], None], to_bend: bool, knots: int | None
+) -> Identification:
     """Read the staircase, fit, and write the answer."""
     note("reading the staircase", 0.05)
-    model, mirrored = stabilised(model)
     observations, noise = observed(model, traces)
     stairs = tuple(p for o in observations for p in staircase(o, settling_s(model), model.g1.dc_gain))
     note("fitting all runs together", 0.2)
     observations, found = fitted(model, observations, stairs, noise.freedom)
+    bend = None
+    if to_bend:
+        note("bending the borders", 0.5)
+        observations, found, bend = bending(model, found, observations, noise, knots)
     note("writing the answer", 0.9)
-    answer = _answer(model, observations, found, stairs, noise)
-    return replace(answer, warnings=(*mirrored, *answer.warnings))
+    return _answer(model, observations, found, stairs, noise, bend)
 
 
 def observed(model: Model, traces: Sequence[Trace]) -> tuple[tuple[Observation, ...], Noise]:
@@ -77,11 +89,14 @@ def fitted(
 
 
 def _answer(
-    model: Model, observations: tuple[Observation, ...], found: Fit, stairs: tuple[StairPoint, ...], noise: Noise
-) -> Identification:
+    model: Model, observations: tuple[Observation, ...], found: Fit, stairs: tuple[StairPoint, ...], noise: Noise,
+    bend: Bend | None,
+) -> Identification:  # fmt: skip
     """Write the identification."""
     wider = inflation(found.chain, observations, noise.freedom)
     scale = scale_of(found.chain)
+    if bend is None and found.chain.stage_of(CurvedPlay) is not None:
+        bend = bend_of(found, wider)
     own, normalised = scaled_borders(found, scale, wider)
     rms_v = pooled_rms(piece for o in observations for piece in o.misfits(found.chain))
     spread_v = pooled_rms(piece for o in observations for piece in o.deviations())
@@ -90,21 +105,29 @@ def _answer(
     harmonics = harmonics_hz(frequencies, observations)
     refitted = replace(fitted_model(found.chain, model), noise_v=noise.rms_v)
     told = information(found.chain, found.coordinates, observations)
-    advised = advice(bench_of(refitted, found.chain.values), [o.trace for o in observations], told, stairs)
+    advised = advice(bench_of(refitted, straight_values(found.chain)), [o.trace for o in observations], told, stairs)
     return Identification(
         model=refitted, fit=found, observations=observations, noise=noise, rms_v=rms_v,
         fit_percent=100.0 * (1.0 - rms_v / spread_v) if spread_v > 0.0 else 0.0, borders=normalised, own_scale=own,
         g1=points(found, blocks["G1"], frequencies, wider, scale.v_p),
         g2=points(found, blocks["G2"], harmonics, wider, lambda chain: scale.g2_gain),
-        delay=total_delay(found, wider),
-        staircase=stairs, not_identifiable=unidentifiable(model, found),
-        own_points=OwnPoints(
-            peak_interval(found, scale, wider), points(found, blocks["G1"], frequencies, wider),
-            points(found, blocks["G2"], harmonics, wider),
-        ),
+        delay=total_delay(found, wider), bend=bend,
+        staircase=stairs, not_identifiable=unidentifiable(model, refitted, found, observations, stairs),
+        own_points=_own_points(found, frequencies, harmonics, wider),
         certainty=certainty(model, found, wider),
         warnings=(*_shortcomings(found, observations, noise, rms_v), *(a.sentence for a in advised if not a.remark)),
         advice=advised, steps=told.steps(),
+    )  # fmt: skip
+
+
+def _own_points(
+    found: Fit, frequencies: Sequence[float], harmonics: Sequence[float], wider: float
+) -> OwnPoints:
+    """Return V_p, and both blocks in the scale of the rig file."""
+    blocks = {s.name: s for s in found.chain.stages if isinstance(s, LinearBlock)}
+    return OwnPoints(
+        peak_interval(found, scale_of(found.chain), wider), points(found, blocks["G1"], frequencies, wider),
+        points(found, blocks["G2"], harmonics, wider),
     )  # fmt: skip
 
 

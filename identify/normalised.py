@@ -8,8 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from identify.bend import straight_lines, straight_values
 from identify.blocks import LinearBlock, Play
 from identify.chain import Chain
+from identify.curved import CurvedPlay
 from identify.fit import Fit
 from identify.interval import Interval
 from identify.model import Rational
@@ -49,17 +51,30 @@ def peak_interval(fit: Fit, scale: Scale, wider: float) -> Interval:
 
 
 def scaled_borders(fit: Fit, scale: Scale, wider: float) -> tuple[dict[str, Interval], dict[str, Interval]]:
-    """Return the borders in the rig file's scale, and in the paper's; empty for a rig without straight borders."""
-    if fit.chain.stage_of(Play) is None:
+    """Return the borders in the rig file's scale, and in the paper's; empty for a rig without backlash.
+
+    Of bent borders the nearest straight ones are told.
+    """
+    own = _own(fit, wider)
+    if not own:
         return {}, {}
-    own = {name: Interval(fit.chain.values[f"F.{name}"], *fit.ci95(f"F.{name}", wider)) for name in BORDERS}
     found = propagated(fit, lambda chain: _borders(chain, scale)).intervals(wider)
     return own, dict(zip(BORDERS, found, strict=True))
 
 
+def _own(fit: Fit, wider: float) -> dict[str, Interval]:
+    """Return the borders in the rig file's scale; empty where there are none."""
+    if fit.chain.stage_of(CurvedPlay) is not None:
+        return dict(zip(BORDERS, propagated(fit, straight_lines).intervals(wider), strict=True))
+    if fit.chain.stage_of(Play) is None:
+        return {}
+    return {name: Interval(fit.chain.values[f"F.{name}"], *fit.ci95(f"F.{name}", wider)) for name in BORDERS}
+
+
 def _borders(chain: Chain, scale: Scale) -> Array:
     """Return S_L, D_L, S_U, D_U with V_p = 1 and G2(0) = 1 (eq. 5a with k_1 = V_p, k_2 = G2(0))."""
-    s_l, d_l, s_u, d_u = (chain.values[f"F.{name}"] for name in BORDERS)
+    values = straight_values(chain)
+    s_l, d_l, s_u, d_u = (values[f"F.{name}"] for name in BORDERS)
     if (v_p := scale.v_p(chain)) < 0.0:
         s_l, d_l, s_u, d_u = s_u, d_u, s_l, d_l
     gain = v_p * scale.g2_gain

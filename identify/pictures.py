@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from identify.blocks import Play
+from identify.blocks import Gain
+from identify.border import of_points
 from identify.chain import Chain, signals
 from identify.drawing import (
     AFTER,
@@ -23,7 +24,7 @@ from identify.drawing import (
 )
 from identify.explain.explanation import Profile
 from identify.identification import Branch, FrequencyPoint, Identification
-from identify.model import Backlash, Model, Rational
+from identify.model import Backlash, CurvedBacklash, LinearF, Model, Rational
 from identify.natural_units import prefix_of, shown
 from identify.observe import Observation, rms
 from identify.stage import Place
@@ -56,7 +57,7 @@ class Answer:
 
 def staircase(found: Identification) -> Picture | None:
     """Draw the settled readings by branch over the fitted borders, and below how far they lie from them."""
-    if not found.staircase or not isinstance(found.model.f, Backlash):
+    if not found.staircase or isinstance(found.model.f, LinearF):
         return None
     figure, (over, under) = new_figure(1, 2, 3.6)
     levels = np.array([point.level_v for point in found.staircase])
@@ -96,6 +97,9 @@ def _draw_branch(over: "Axes", under: "Axes", found: Identification, branch: Bra
 
 def border(model: Model, branch: Branch, level_v: Array) -> Array:
     """Return the settled reading on a border of the backlash, V, at levels of u, V (paper eqs. 6-7 through G1, G2)."""
+    if isinstance(model.f, CurvedBacklash):
+        curve = of_points(model.f.loading if branch == "loading" else model.f.unloading)
+        return np.asarray(model.g2.dc_gain * curve.at(model.g1.dc_gain * level_v))
     assert isinstance(model.f, Backlash)
     slope, crossing = (model.f.s_l, model.f.d_l_v) if branch == "loading" else (model.f.s_u, model.f.d_u_v)
     return np.asarray(model.g2.dc_gain * slope * (model.g1.dc_gain * level_v - crossing))
@@ -110,7 +114,7 @@ def loop(answers: Sequence[Answer]) -> Picture:
         w = np.concatenate([tap[answer.chain.index(Place.F) - 1] for tap in taps])
         ax.plot(*outline(v, w), color=answer.colour, linewidth=0.9)
         ax.set(xlabel="v, the input of F, in V", ylabel="w, the output of F, in V", title=answer.label)
-    memory = answers[0].chain.stage_of(Play) is not None
+    memory = answers[0].chain.stage_of(Gain) is None
     return Picture(
         "Backlash loop" if memory else "What F does", embedded(figure, pixels=True),
         "Path of F's output w against its input v: " + " beside ".join(answer.label for answer in answers),

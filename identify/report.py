@@ -6,6 +6,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from identify import pictures
+from identify.border_picture import borders
 from identify.drawing import AFTER, BEFORE, Picture, page_style
 from identify.effects import catalogue, effect_of
 from identify.effects.effect import short
@@ -48,7 +49,9 @@ def identification_page(found: Identification, imprint: Imprint = Imprint()) -> 
         "mood": "good" if ratio <= FITTED else "warn",
         "headline": identification_sentence(found),
         "subline": f"{found.model.title}; runs: {', '.join(o.trace.name for o in found.observations)}",
-        "borders": _borders(found), "line": line_sentence(found.model), "blocks": _blocks(found),
+        "borders": _borders(found),
+        "bend": found.bend.sentence if found.bend else "", "curves": _curves(found),
+        "line": line_sentence(found.model), "blocks": _blocks(found),
         "physics": physics_lines(found.model), "responses": _responses(found), "fit": _fit(found),
         "not_identifiable": found.not_identifiable, "warnings": found.warnings,
         "pictures": _identification_pictures(found),
@@ -106,7 +109,8 @@ def _templates() -> "Environment":
 def _identification_pictures(found: Identification) -> list[Picture]:
     answer = [Answer("fitted model", AFTER, found.fit.chain, found.observations)]
     return _drawn(
-        lambda: pictures.staircase(found), lambda: pictures.loop(answer), lambda: pictures.residuals(answer),
+        lambda: pictures.staircase(found), lambda: borders(found.bend) if found.bend else None,
+        lambda: pictures.loop(answer), lambda: pictures.residuals(answer),
         lambda: pictures.spectra(answer), lambda: pictures.frequency_response(found),
     )  # fmt: skip
 
@@ -145,6 +149,15 @@ def _borders(found: Identification) -> list[dict[str, str]]:
     return [
         {"name": name, "normalised": text(found.borders, name), "own": text(found.own_scale, name)}
         for name in found.borders
+    ]  # fmt: skip
+
+
+def _curves(found: Identification) -> list[dict[str, str]]:
+    """Return the knots of the borders in the rig's own scale."""
+    curves = found.bend.curves if found.bend else {}
+    return [
+        {"side": side, "v": shown(point.v_v, "V"), "w": shown_interval(point.w_v, "V")}
+        for side, points in curves.items() for point in points
     ]  # fmt: skip
 
 

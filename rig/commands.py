@@ -165,24 +165,33 @@ def import_table(
 
 
 @command(
-    "identify", "rig identify run.h5 --report run.html", "rig identify a.h5 b.h5 --rig my_rig.yaml --json answer.json"
+    "identify", "rig identify run.h5 --report run.html", "rig identify a.h5 b.h5 --rig my_rig.yaml --json answer.json",
+    "rig identify run.h5 --borders curved --report run.html",
 )
 @runs_argument
 @rig_option
+@click.option("--borders", type=click.Choice(["straight", "curved"]), help="Their form; else as the rig file has them.")
+@click.option("--knots", type=click.IntRange(3, 60), help="Points of each curved border; else told by the data.")
 @json_option
 @report_option
 @quiet_option
-def identify(runs: Sequence[str], rig: str | None, json_to: str | None, report: str | None, quiet: bool) -> None:
+def identify(
+    runs: Sequence[str], rig: str | None, borders: Any, knots: int | None, json_to: str | None, report: str | None,
+    quiet: bool,
+) -> None:  # fmt: skip
     """Tell which rig made the recordings.
 
     Borders, G1 and G2 with 95 % confidence intervals, and what the recordings cannot tell.
     """
     from rig import narration, terminal, workflow
+    from rig.errors import UsageError
 
+    if knots is not None and borders != "curved":
+        raise UsageError("--knots is of curved borders", value=str(knots), do="add --borders curved")
     _check_destinations(json_to, report)
     loaded = workflow.load(runs, rig)
     with terminal.bar("identifying", quiet) as progress:
-        found = workflow.identify_runs(loaded, progress)
+        found = workflow.identify_runs(loaded, progress, borders, knots)
     _deliver(found, json_to, report, lambda: workflow.identification_html(found), narration.identified(found))
 
 

@@ -103,6 +103,8 @@ def identified(found: "Identification") -> Iterator[str]:
         yield "  backlash, normalised so that V_p = 1 (the peak of G1 under a step of 1 V) and G2(0) = 1:"
     for name, interval in found.borders.items():
         yield f"    {name}  {shown_interval(interval, 'V' if name.startswith('D') else 'V/V')}"
+    if found.bend:
+        yield f"  {found.bend.sentence}"
     if line := line_sentence(found.model):
         yield f"  {line}"
     for name, block in zip(("G1", "G2"), found.blocks, strict=True):
@@ -111,10 +113,20 @@ def identified(found: "Identification") -> Iterator[str]:
         yield f"  delay in all, given to G2: {shown_interval(found.delay, 's')}"
     yield from (f"  {name} in {stage}  {values}" for name, stage, values in physics_lines(found.model))
     yield f"  fit {found.fit_percent:.4g} % of the variation of y; noise from {found.noise.origin}"
-    yield from (f"  cannot be told: {i.what}, because {i.because}; {i.fixed_by}" for i in found.not_identifiable)
+    yield from _untold(found)
     yield from (f"  warning: {text}" for text in found.warnings)
     if found.rms_v > FITTED * found.noise.rms_v:
         yield "  next: `rig explain` with the same recordings looks for what is missing"
+
+
+def _untold(found: "Identification") -> Iterator[str]:
+    """Tell what the recordings leave open, and what holds or settles it."""
+    if found.not_identifiable:
+        yield "  what these recordings cannot tell:"
+    for item in found.not_identifiable:
+        yield f"    {item.what}"
+        yield f"      because {item.because}"
+        yield f"      held by {item.fixed_by}"
 
 
 def explained(told: "Explanation") -> Iterator[str]:

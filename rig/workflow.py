@@ -20,6 +20,7 @@ from rig.rigfile import RigFile, model_to_dict, model_to_yaml, parse_rig, read_r
 from rig.session import shipped
 
 if TYPE_CHECKING:
+    from identify.curves import Form
     from identify.explain.explanation import Explanation
     from identify.identification import Identification
     from identify.model import Model
@@ -62,12 +63,17 @@ def load(paths: Sequence[str | Path], rig: str | Path | None = None, hold_out: S
     return Runs(tuple(traces[: len(kept)]), tuple(traces[len(kept) :]), found.model)
 
 
-def identify_runs(runs: Runs, progress: Progress | None = None) -> "Identification":
-    """Return which rig made the recordings; raise FileError when they cannot tell."""
+def identify_runs(
+    runs: Runs, progress: Progress | None = None, borders: "Form | None" = None, knots: int | None = None
+) -> "Identification":
+    """Return which rig made the recordings; raise FileError when they cannot tell.
+
+    ``borders`` says of which form those of the backlash are to be, curved ones with ``knots`` points; None: as told.
+    """
     from identify.joint import identify
 
     with _unusable(runs):
-        return identify(runs.model, (*runs.traces, *runs.held_out), progress)
+        return identify(runs.model, (*runs.traces, *runs.held_out), progress, borders, knots)
 
 
 def explain_runs(runs: Runs, progress: Progress | None = None) -> "Explanation":

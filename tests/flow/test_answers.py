@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from rig.recording import read
-from tests.flow.console import Ended, protocol, rig, start
+from tests.flow.console import Ended, protocol, refused, rig, start
 
 
 @pytest.fixture(scope="module")
@@ -125,3 +125,15 @@ def _pressed_until_it_ends(working: subprocess.Popen[str]) -> tuple[str, str]:
         with suppress(subprocess.TimeoutExpired):
             return working.communicate(timeout=1.0)
     return working.communicate(timeout=10.0)
+
+
+def test_borders_are_bent_on_request(folder: Path, recording: Path) -> None:
+    """The rails the model does not know are a bend of both borders too."""
+    ended = rig("identify", recording, "--borders", "curved", "--knots", "4", "--json", "bent.json", cwd=folder)
+    assert ended.code == 0, ended
+    assert "The borders are bent: 4 knots to a border" in ended.out
+    told = json.loads((folder / "bent.json").read_text(encoding="utf-8"))
+    assert [len(told["backlash"]["curves"][side]) for side in "LU"] == [4, 4]
+    assert len(told["model"]["F"]["curved_backlash"]["L"]) == 4
+    assert rig("simulate", recording, "--rig", "bent.json", cwd=folder).code == 0
+    refused(rig("identify", recording, "--knots", "4", cwd=folder), 2, "--knots", "add --borders curved")

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from identify import excitation
 from identify.excitation import Walk, Wave, excitations
 from identify.model import Rational
 from identify.trace import Array, Step, Trace
@@ -62,3 +63,14 @@ def test_a_slow_wave_whose_samples_stand_still_is_a_wave_where_the_protocol_says
 
 def test_what_is_neither_is_left_out() -> None:
     assert read(np.random.default_rng(1).normal(size=2000)) is None
+
+
+def test_all_levels_of_a_walk_are_seen_however_long_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    u = np.repeat([-3.0, -2.5, 0.0, 2.5], [400, 300, 500, 600])
+    short = read(u, "staircase")
+    monkeypatch.setattr(excitation, "LONGEST", 500)
+    long = read(u, "staircase")
+    assert isinstance(short, Walk)
+    assert isinstance(long, Walk)
+    assert long.levels_v.tolist() == short.levels_v.tolist() == [-3.0, -2.5, 0.0, 2.5]
+    assert long.dwell_s == short.dwell_s == 0.3
