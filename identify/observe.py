@@ -52,6 +52,10 @@ class Observation:
         """Return how many samples count."""
         return int(np.count_nonzero(self.use))
 
+    def until(self, size: int) -> "Observation":
+        """Return what there is up to sample ``size``; itself when that is all."""
+        return self if size >= self.trace.size else replace(self, trace=self.trace.until(size), use=self.use[:size])
+
     def pieces(self, samples: int | None = None) -> Iterator[Piece]:
         """Yield the run from its beginning, a chunk of samples at a time: whoever walks it needs memory for one."""
         grid = grid_of(self.trace, self.substeps)

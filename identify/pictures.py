@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 MOST_RUNS = 6
+DRAWN = 1 << 21  # samples of a run, at most: drawing needs all of them in memory
 BRANCHES: dict[Branch, tuple[str, str]] = {
     "loading": ("#1f5fa8", "o"), "unloading": ("#2a8c5a", "s"), "plateau": ("#8a949e", "D"),
     "saturated": ("#c23b3b", "^"),
@@ -53,6 +54,11 @@ class Answer:
     def residuals(self) -> tuple[Array, ...]:
         """Return the residual of every run, V; NaN where a sample does not count."""
         return tuple(np.where(o.use, o.residual(self.chain), np.nan) for o in self.observations)
+
+
+def beginnings(observations: Sequence[Observation]) -> tuple[Observation, ...]:
+    """Return of every run what is drawn of it."""
+    return tuple(o.until(DRAWN) for o in observations)
 
 
 def staircase(found: Identification) -> Picture | None:
@@ -136,6 +142,7 @@ def residuals(answers: Sequence[Answer]) -> Picture:
             ax.set_title(observation.trace.name, loc="left")
     left_out = len(answers[0].observations) - len(runs)
     more = f" {left_out} more runs are not drawn." if left_out else ""
+    more += f" A long run is drawn up to sample {DRAWN}." if any(o.trace.size == DRAWN for o in runs) else ""
     return Picture(
         "Residual " + ("before and after" if columns == 2 else "of the fit"), embedded(figure),
         f"Recording minus model over time for {len(runs)} runs, the noise drawn as a grey band",

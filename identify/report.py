@@ -107,7 +107,7 @@ def _templates() -> "Environment":
 
 
 def _identification_pictures(found: Identification) -> list[Picture]:
-    answer = [Answer("fitted model", AFTER, found.fit.chain, found.observations)]
+    answer = [Answer("fitted model", AFTER, found.fit.chain, pictures.beginnings(found.observations))]
     return _drawn(
         lambda: pictures.staircase(found), lambda: borders(found.bend) if found.bend else None,
         lambda: pictures.loop(answer), lambda: pictures.residuals(answer),
@@ -116,7 +116,7 @@ def _identification_pictures(found: Identification) -> list[Picture]:
 
 
 def _explanation_pictures(told: Explanation, found: Identification | None) -> list[Picture]:
-    runs = joined((*told.test, *told.train))
+    runs = pictures.beginnings(joined((*told.test, *told.train)))
     plain = Answer("plain model", BEFORE, told.plain.chain, runs)
     improved = Answer("improved model", AFTER, told.improved.chain, runs)
     drawn = [plain, improved] if told.verdict in ("explained", "partly_explained") else [plain]

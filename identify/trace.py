@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -139,6 +139,14 @@ class Trace:
     def size(self) -> int:
         """Return the number of samples."""
         return int(self.u.size)
+
+    def until(self, size: int) -> "Trace":
+        """Return the run up to sample ``size``, the step there ending with it; itself when it is no longer."""
+        if size >= self.size:
+            return self
+        steps = tuple(replace(step, stop=min(step.stop, size)) for step in self.steps if step.start < size)
+        valid = None if self.valid is None else self.valid[:size]
+        return replace(self, u=part(self.u, 0, size), y=part(self.y, 0, size), steps=steps, valid=valid)
 
 
 def intersample_of(traces: Sequence[Trace]) -> Intersample:

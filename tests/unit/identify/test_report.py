@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import identify
+from identify import pictures
 from identify.chain import Chain, plain_chain, simulate
 from identify.drawing import envelope, longest_stretch, outline
 from identify.effects.saturation import Saturation
@@ -37,6 +38,7 @@ from identify.pictures import border
 from identify.report import Imprint, explanation_page, identification_page, joined
 from identify.stage import Place
 from identify.trace import Trace
+from tests.trials import shelved
 
 MODEL = Model(
     "op-amp backlash circuit",
@@ -296,6 +298,15 @@ def test_a_long_run_makes_a_small_page() -> None:
     one = Observation(trace("long", u, railed()), np.ones(u.size, dtype=bool), 0.01)
     text = explanation_page(explanation(train=(one,), test=()))
     assert len(text) < 1_500_000
+
+
+@pytest.mark.parametrize("counts_from", [0, 30_000])
+def test_of_a_very_long_run_the_beginning_is_drawn(monkeypatch: pytest.MonkeyPatch, counts_from: int) -> None:
+    monkeypatch.setattr(pictures, "DRAWN", 20_000)
+    u = 3.0 * np.sin(2 * np.pi * 5.0 * np.arange(50_000) / 10_000.0)
+    use = np.arange(u.size) >= counts_from
+    one = Observation(shelved(trace("long", u, railed())), use, 0.01)
+    assert "drawn up to sample 20000" in explanation_page(explanation(train=(one,), test=()))
 
 
 def test_parts_of_one_run_are_drawn_as_one_run() -> None:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identify.trace import Trace, blocks, frozen_array, part, regrouped
+from identify.trace import Step, Trace, blocks, frozen_array, part, regrouped
 from tests.trials import Shelf
 
 
@@ -81,6 +81,16 @@ def test_regrouping_keeps_all_values_in_order(sizes, size):
     assert whole.size == max(b for b in bounds if b <= U.size)
     assert all(group.size == size for group in groups[:-1])
     assert all(0 < group.size <= size for group in groups[-1:])
+
+
+def test_a_run_cut_short_ends_with_the_step_that_is_played():
+    steps = (Step("a", "hold", 0, 50), Step("b", "hold", 50, 200), Step("c", "hold", 200, 400))
+    trace = Trace("t", 1e3, Shelf(U.size, U), U, steps=steps, valid=U > 0.0)
+    short = trace.until(120)
+    assert short.size == short.y.size == short.valid.size == 120
+    assert np.array_equal(short.u, U[:120])
+    assert short.steps == (steps[0], Step("b", "hold", 50, 120))
+    assert trace.until(400) is trace
 
 
 def test_blocks_cover_a_stretch():
