@@ -76,7 +76,7 @@ def observed(model: Model, traces: Sequence[Trace]) -> tuple[tuple[Observation, 
 
 
 def fitted(
-    model: Model, observations: tuple[Observation, ...], stairs: Sequence[StairPoint], freedom: float
+    model: Model, observations: tuple[Observation, ...], stairs: Sequence[StairPoint], freedom: float = float("inf")
 ) -> tuple[tuple[Observation, ...], Fit]:
     """Fit all runs together; return the observations on the grids that the result needs, and the fit."""
     chain = chain_of(model, intersample_of([o.trace for o in observations]))
