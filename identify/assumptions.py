@@ -24,7 +24,7 @@ SHARE = 0.1  # of the half gap: an offset known better than that is told
 
 def assumed(model: Model, fit: Fit, observations: Sequence[Observation]) -> list[Unidentifiable]:
     """Return what ``model``, as the rig file has it, holds by assumption in a fit to these recordings."""
-    found = {m.probe: m for m in mimics(likeness(fit, observations), fit, _needed_v(fit))}
+    found = {m.probe: m for m in mimics(likeness(fit, observations), _needed_v(fit))}
     told = []
     if DELAYS[0] in found:
         told.append(_delay(model, fit))

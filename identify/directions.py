@@ -1,6 +1,6 @@
 """In which directions can the model move without the recordings noticing?
 
-The sensitivities of the recordings to everything fitted and to every probe are summed into one normal matrix. A probe
+The sensitivities of the recordings to every probe and to what was fitted are summed into one normal matrix. A probe
 whose column lies in the span of others is a direction nothing tells; among what was fitted, a principal direction of
 the covariance wider than is needed is one the data hardly tell.
 """
@@ -17,6 +17,7 @@ from identify.fit import Coordinate, Fit
 from identify.observe import Observation
 from identify.probes import DELAYS, GAINS, OFFSETS, per_difference, probes, with_probes
 from identify.sensitivities import DIFFERENCE, sensitivities
+from identify.stage import is_fixed
 from identify.trace import Array
 
 SAME = 1e-3  # share of a probe's effect, rms, below which what is left of it is the error of a one-sided difference
@@ -37,7 +38,7 @@ class Mimic:
 
 @dataclass(frozen=True, eq=False)
 class Likeness:
-    """The normal matrix of everything fitted and every probe, J'J in units of the noise, names in its order."""
+    """The normal matrix of every probe and of what was fitted beside it, J'J in units of the noise; names in order."""
 
     names: tuple[str, ...]
     matrix: NDArray[np.float64]
@@ -73,13 +74,15 @@ def _solved(matrix: NDArray[np.float64], right: Array) -> Array:
 
 
 def likeness(fit: Fit, observations: Sequence[Observation]) -> Likeness:
-    """Return what the observations tell of everything fitted and of every probe.
+    """Return what the observations tell of every probe, and of what was fitted and could stand in for one.
 
-    One instant to a sample is enough to see which columns lie in the span of others.
+    The dynamics of G1 and G2 cannot: they change no constant and no factor, and a delay only nearly. One instant to a
+    sample is enough to see which columns lie in the span of others.
     """
     chain = with_probes(fit.chain)
     tried = [probe.name for probe in probes(fit.chain)]
-    fitted = {c.name: c.slope(float(t)) for c, t in zip(fit.coordinates, fit.theta, strict=True)}
+    pairs = zip(fit.coordinates, fit.theta, strict=True)
+    fitted = {c.name: c.slope(float(t)) for c, t in pairs if not is_fixed(c.name, ("G1", "G2"))}
     names = (*fitted, *tried)
     matrix = np.zeros((len(names), len(names)))
     for observation in (replace(o, substeps=1) for o in observations):
@@ -90,9 +93,9 @@ def likeness(fit: Fit, observations: Sequence[Observation]) -> Likeness:
     return Likeness(names, matrix)
 
 
-def mimics(found: Likeness, fit: Fit, offset_needed_v: Mapping[str, float]) -> tuple[Mimic, ...]:
+def mimics(found: Likeness, offset_needed_v: Mapping[str, float]) -> tuple[Mimic, ...]:
     """Return the probes that something else can stand in for: delays and gains among themselves, offsets for fits."""
-    fitted = tuple(c.name for c in fit.coordinates)
+    fitted = tuple(name for name in found.names if name not in (*GAINS, *DELAYS, *OFFSETS))
     groups = [(DELAYS[0], (*fitted, DELAYS[1]), 0.0)]
     groups += [(name, (*fitted, *(g for g in GAINS if g != name)), NEEDED_GAIN) for name in GAINS]
     groups += [(name, fitted, offset_needed_v[name]) for name in OFFSETS]

@@ -21,7 +21,7 @@ from identify.trace import Array
 
 NEEDED = 0.1  # sd of a log gain or a phase from which a point counts as not told: parts are known that well unmeasured
 VISIBLE = 5.0  # a harmonic counts from this many standard deviations of its line
-HIGHEST = 40  # harmonics looked at: those of a play fall as 1 / n^2
+HIGHEST = 21  # harmonics looked at: those of a play fall as 1 / n^2
 ROUNDING = 1e-12  # relative sensitivity that is nothing but rounding
 
 Part = Literal["gain", "phase"]
@@ -152,14 +152,14 @@ class _Lines:
 
     def rows(self, points: Sequence[Point], mean: bool) -> list[Array]:
         """Return the sensitivity of every line, real and imaginary part, against every point, per noise sd."""
-        where = {p: i for i, p in enumerate(points)}
         hz = self.tone.frequency_hz
         table = np.zeros((self.orders.size, len(points)), dtype=np.complex128)
-        table[:, where[_find(where, "G1", hz, "gain")]] = self.by_gain
-        table[:, where[_find(where, "G1", hz, "phase")]] = 1j * self.orders * self.values
-        for row, order, value in zip(table[1:], self.orders[1:], self.values[1:], strict=True):
-            row[where[_find(where, "G2", order * hz, "gain")]] += value
-            row[where[_find(where, "G2", order * hz, "phase")]] += 1j * value
+        (played,) = _places(points, "G1", np.array([hz]))
+        table[:, played] = self.by_gain
+        table[:, played + 1] = 1j * self.orders * self.values
+        shown, lines = _places(points, "G2", hz * self.orders[1:].astype(np.float64)), np.arange(1, self.orders.size)
+        table[lines, shown] = self.values[1:]
+        table[lines, shown + 1] = 1j * self.values[1:]
         table /= self.tone.line_sd_v
         rows = [*table[1:].real, *table[1:].imag]
         return [*rows, sqrt(2.0) * table[0].real] if mean else rows
@@ -177,9 +177,12 @@ def _points(lines: Sequence[_Lines]) -> list[Point]:
     return [Point(block, hz, part) for block, hz in found for part in parts]
 
 
-def _find(points: dict[Point, int], block: str, hz: float, part: Part) -> Point:
-    """Return the unknown that a line belongs to."""
-    return next(p for p in points if (p.block, p.part) == (block, part) and _same(p.frequency_hz, hz))
+def _places(points: Sequence[Point], block: str, frequencies_hz: Array) -> NDArray[np.intp]:
+    """Return where the gains of a block at these frequencies stand among the points; its phases stand behind them."""
+    first = next((i for i, p in enumerate(points) if p.block == block), 0)
+    known = np.array([p.frequency_hz for p in points if p.block == block][::2])
+    nearest = np.argmin(np.abs(known[None, :] - np.asarray(frequencies_hz)[:, None]), axis=1) if known.size else []
+    return first + 2 * np.asarray(nearest, dtype=np.intp)
 
 
 def _same(one_hz: float, other_hz: float) -> bool:
@@ -206,7 +209,7 @@ def second_amplitude(model: Model, tones: Sequence[Tone], frequency_hz: float, l
     """
     played = max((t for t in tones if _same(t.frequency_hz, frequency_hz)), key=lambda t: t.amplitude_v)
     least_v = freed_above_v(model, frequency_hz)
-    within = [float(u) for u in np.linspace(1.1 * least_v, largest_v, 8) if least_v < u <= largest_v]
+    within = [float(u) for u in np.linspace(1.1 * least_v, largest_v, 6) if least_v < u <= largest_v]
     tried = [replace(played, amplitude_v=u) for u in within]
     told = [(separability(model, (*tones, tone)).sd_of("G1", frequency_hz, "gain"), tone) for tone in tried]
     best_sd, best = min(told, key=lambda pair: pair[0], default=(float("inf"), None))
