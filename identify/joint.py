@@ -112,7 +112,7 @@ def _answer(
         g1=points(found, blocks["G1"], frequencies, wider, scale.v_p),
         g2=points(found, blocks["G2"], harmonics, wider, lambda chain: scale.g2_gain),
         delay=total_delay(found, wider), bend=bend,
-        staircase=stairs, not_identifiable=unidentifiable(model, refitted, found, observations, stairs),
+        staircase=stairs, not_identifiable=unidentifiable(model, refitted, found, observations, stairs, wider),
         own_points=_own_points(found, frequencies, harmonics, wider),
         certainty=certainty(model, found, wider),
         warnings=(*_shortcomings(found, observations, noise, rms_v), *(a.sentence for a in advised if not a.remark)),

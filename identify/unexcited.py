@@ -118,11 +118,13 @@ def railed(stairs: Sequence[StairPoint]) -> list[Unidentifiable]:
     short_v = [abs(v) for v in (_meets(stairs, "loading", max), _meets(stairs, "unloading", min)) if v is not None]
     reached_v = max(abs(p.level_v) for p in stairs)
     scale = f" (`scale: {min(short_v) / reached_v:.2g}`)" if short_v else ""
-    bound = f" short of +-{shown(min(short_v), 'V', 3)}{scale}" if short_v else " that are smaller"
+    bound = f"short of +-{shown(min(short_v), 'V', 3)}{scale}" if short_v else "that are smaller"
+    others = sum(point.branch in SIDES.values() for point in stairs)
     return [Unidentifiable(
         f"borders beyond the rails: {len(points)} of {len(stairs)} points of the staircase",
         f"they read {' and '.join(readings)} whatever the level: a rail stops them, and not a border",
-        f"a second staircase with levels{bound}, as in protocols/demo.yaml",
+        f"the {others} points that lie on a border; more of them in a staircase with levels {bound}, as in "
+        "protocols/demo.yaml",
     )]  # fmt: skip
 
 

@@ -14,6 +14,7 @@ from rig.session import Checked
 
 if TYPE_CHECKING:
     from identify.advice import Advice
+    from identify.identification import Unidentifiable
     from identify.information import Information
     from identify.model import Model
 
@@ -22,12 +23,16 @@ SCHEMA = "rig.check/1"
 
 @dataclass(frozen=True)
 class Foresight:
-    """What is expected of a run; ``information`` is None where the protocol names no rig."""
+    """What is expected of a run; ``information`` is None where the protocol names no rig.
+
+    ``untold`` are the points of G1 and G2 that its sines leave to the orders of the rig file.
+    """
 
     advice: "tuple[Advice, ...]"
     information: "Information | None"
     noise_v: float = 0.0
     noise_from: str = ""
+    untold: "tuple[Unidentifiable, ...]" = ()
 
 
 def foreseen(found: Checked) -> Foresight:
@@ -57,6 +62,7 @@ def foreseen_plan(plan: Plan, model: "Model", noise_v: float, origin: str = "") 
     from identify.fit import coordinates_of
     from identify.information import information
     from identify.observe import Observation
+    from identify.sines import tones_of, untold_by_sines
 
     silent = np.broadcast_to(0.0, plan.u.shape)
     trace = Trace(plan.title, plan.rate_hz, plan.u, silent, steps=plan.steps)
@@ -69,7 +75,8 @@ def foreseen_plan(plan: Plan, model: "Model", noise_v: float, origin: str = "") 
         raise RefusedError(str(error), where=plan.rig_path) from error
     limit_v = min(-plan.limits.low_v, plan.limits.high_v)
     advised = advice(bench_of(model, chain.values, limit_v if limit_v > 0.0 else None), [trace], told)
-    return Foresight(advised, told, noise_v, origin)
+    untold = untold_by_sines(model, tones_of(trace, noise_v), limit_v if limit_v > 0.0 else None)
+    return Foresight(advised, told, noise_v, origin, untold)
 
 
 def to_dict(found: Checked, told: Foresight) -> dict[str, object]:
@@ -84,4 +91,5 @@ def to_dict(found: Checked, told: Foresight) -> dict[str, object]:
         "noise_V": told.noise_v or None, "expected": expected,
         "steps": [step.to_dict() for step in told.information.steps()] if told.information else [],
         "advice": [item.to_dict() for item in told.advice],
+        "not_identifiable": [item.to_dict() for item in told.untold],
     }  # fmt: skip

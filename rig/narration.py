@@ -1,6 +1,6 @@
 """How is a result told in plain words on a terminal?"""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from identify.natural_units import shown, shown_interval
@@ -8,7 +8,7 @@ from rig.units import show
 
 if TYPE_CHECKING:
     from identify.explain.explanation import Explanation, Finding
-    from identify.identification import Identification
+    from identify.identification import Identification, Unidentifiable
     from identify.information import Information
     from rig.foresight import Foresight
     from rig.recorded import Recording
@@ -46,6 +46,7 @@ def foreseen(told: "Foresight") -> Iterator[str]:
         yield from (f"    {line}" for line in expected_lines(told.information))
     for advice in told.advice:
         yield f"  {'remark' if advice.remark else 'advice'}    {advice.sentence}"
+    yield from _untold("what its sines leave to the orders in the rig file", told.untold)
 
 
 def expected_lines(told: "Information") -> Iterator[str]:
@@ -113,20 +114,20 @@ def identified(found: "Identification") -> Iterator[str]:
         yield f"  delay in all, given to G2: {shown_interval(found.delay, 's')}"
     yield from (f"  {name} in {stage}  {values}" for name, stage, values in physics_lines(found.model))
     yield f"  fit {found.fit_percent:.4g} % of the variation of y; noise from {found.noise.origin}"
-    yield from _untold(found)
+    yield from _untold("what these recordings cannot tell", found.not_identifiable)
     yield from (f"  warning: {text}" for text in found.warnings)
     if found.rms_v > FITTED * found.noise.rms_v:
         yield "  next: `rig explain` with the same recordings looks for what is missing"
 
 
-def _untold(found: "Identification") -> Iterator[str]:
-    """Tell what the recordings leave open, and what holds or settles it."""
-    if found.not_identifiable:
-        yield "  what these recordings cannot tell:"
-    for item in found.not_identifiable:
+def _untold(heading: str, items: "Sequence[Unidentifiable]") -> Iterator[str]:
+    """Tell what recordings leave open, and what holds or settles it."""
+    if items:
+        yield f"  {heading}:"
+    for item in items:
         yield f"    {item.what}"
-        yield f"      because {item.because}"
-        yield f"      held by {item.fixed_by}"
+        yield f"      because  {item.because}"
+        yield f"      held by  {item.fixed_by}"
 
 
 def explained(told: "Explanation") -> Iterator[str]:

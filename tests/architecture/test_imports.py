@@ -24,6 +24,7 @@ SEES_BOTH = {  # who may import more of identify than its plain data, and what
     },
     "rig.foresight": {
         "identify.advice", "identify.effects", "identify.fit", "identify.information", "identify.observe",
+        "identify.sines",
     },
     "rig.rigfile": {"identify.effects", "identify.border"},
     "rig.linearblock": {"identify.discretise"},
