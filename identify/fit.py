@@ -4,8 +4,8 @@ Joint maximum likelihood over all runs with white noise of known size: Gauss-New
 equations that are summed chunk by chunk (identify.sensitivities).
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import exp, isfinite, log
 
@@ -22,6 +22,7 @@ from identify.trace import Array
 
 WIDE = 3.0  # sd of the prior on a free log coordinate: a factor of 20
 WIDE_LINEAR = 10.0  # sd of the prior on a linear coordinate, in units of its scale
+PULL_STEP = 1e-4  # of the differences of a pull's law, in search coordinates
 RADIUS = 0.5  # first half width of the trust box, in search coordinates
 ROUNDING = 1e-14  # relative curvature that is nothing but rounding
 NEGLIGIBLE = 1e-4  # an expected gain in cost that no test could see ends the search
@@ -62,6 +63,22 @@ class Coordinate:
     def bound(self) -> float:
         """Return how far theta may go from its centre."""
         return float("inf") if self.parameter.within is None else log(self.parameter.within)
+
+
+@dataclass(frozen=True)
+class Pull:
+    """A wish that ``law`` of the chain be ``target``, as strong as a measurement of it with error ``sd``.
+
+    Where a fit under a pull comes to rest, no other chain with the same value of ``law`` fits the data better.
+    """
+
+    law: Callable[[Chain], float]
+    target: float
+    sd: float
+
+    def cost(self, chain: Chain) -> float:
+        """Return the price of not having what is wished for."""
+        return ((self.law(chain) - self.target) / self.sd) ** 2
 
 
 @dataclass(frozen=True)
@@ -117,15 +134,19 @@ def fit(
     centre: Mapping[str, float] | None = None,
     fixed: Sequence[str] = (),
     iterations: int = 30,
+    pull: Pull | None = None,
 ) -> Fit:
     """Fit ``chain`` from its own values to all observations; the prior sits at ``centre`` (default: the start).
+
+    A ``pull`` draws the fit aside; its price is not in the cost that is returned.
 
     Never raises for bad numbers: a fit that does not converge says so in ``converged`` and ``sentence``.
     """
     centre = {**chain.values, **(centre or {})}
     coordinates = coordinates_of(chain, centre, [o.trace.name for o in observations], fixed)
     start = np.array([c.theta(chain.values.get(c.name, chain.values[c.parameter.name])) for c in coordinates])
-    return _search(_Problem(chain, tuple(observations), coordinates), start, iterations)
+    found = _search(_Problem(chain, tuple(observations), coordinates, pull), start, iterations)
+    return replace(found, cost=found.cost - pull.cost(found.chain)) if pull else found
 
 
 @dataclass(frozen=True)
@@ -135,6 +156,7 @@ class _Problem:
     chain: Chain
     observations: tuple[Observation, ...]
     coordinates: tuple[Coordinate, ...]
+    pull: Pull | None = None
 
     def at(self, theta: Array) -> Chain:
         """Return the chain at search coordinates theta."""
@@ -153,6 +175,7 @@ class _Problem:
     def cost(self, theta: Array) -> float:
         """Return chi-squared plus prior; infinity where the chain cannot be simulated."""
         total = float(np.sum(np.square(theta / self.prior_sd)))
+        total += self.pull.cost(self.at(theta)) if self.pull else 0.0
         for observation in self.observations:
             total += chi_squared(self.at(theta), observation)
         return total if np.isfinite(total) else float("inf")
@@ -164,10 +187,19 @@ class _Problem:
         chain = self.at(theta)
         scales = {c.name: c.slope(float(t)) for c, t in zip(self.coordinates, theta, strict=True)}
         for observation in self.observations:
-            curvature, pull = sensitivities(chain, scales, observation).normal()
+            curvature, gradient = sensitivities(chain, scales, observation).normal()
             matrix += curvature
-            right += pull
+            right += gradient
+        if self.pull:
+            slope, short = self._pulled(theta, self.pull)
+            matrix, right = matrix + np.outer(slope, slope), right + slope * short
         return matrix, right
+
+    def _pulled(self, theta: Array, pull: Pull) -> tuple[Array, float]:
+        """Return the slopes of a pull's law in every coordinate and how far it is from its target, per sd."""
+        ends = [[pull.law(self.at(theta + step)) for step in (row, -row)] for row in PULL_STEP * np.eye(theta.size)]
+        slopes = np.array([(above - below) / (2.0 * PULL_STEP * pull.sd) for above, below in ends])
+        return slopes, (pull.target - pull.law(self.at(theta))) / pull.sd
 
 
 def chi_squared(chain: Chain, observation: Observation) -> float:

@@ -28,7 +28,7 @@ def played_hz(observations: Sequence[Observation], corner_hz: float) -> tuple[fl
             u = part(trace.u, start, stop)
             period = period_of(u)
             if period and np.unique(u[:period]).size > 16:
-                found |= set(np.round(_lines_hz(u[:period], trace.rate_hz), 6).tolist())
+                found |= {float(f"{f:.7g}") for f in _lines_hz(u[:period], trace.rate_hz)}
     if found:
         return tuple(sorted(found)[:MOST])
     return tuple(np.geomspace(0.1 * corner_hz, 10.0 * corner_hz, 9).tolist())
@@ -37,7 +37,7 @@ def played_hz(observations: Sequence[Observation], corner_hz: float) -> tuple[fl
 def harmonics_hz(played: Sequence[float], observations: Sequence[Observation]) -> tuple[float, ...]:
     """Return the played frequencies and what F makes of them, up to the fifth harmonic below half the slowest rate."""
     highest = 0.5 * min(o.trace.rate_hz for o in observations)
-    found = {float(f"{k * f:.9g}") for f in played for k in range(1, HARMONICS + 1) if k == 1 or k * f < highest}
+    found = {float(f"{k * f:.6g}") for f in played for k in range(1, HARMONICS + 1) if k == 1 or k * f < highest}
     return tuple(sorted(found)) if len(found) <= MOST else tuple(played)
 
 
