@@ -131,7 +131,7 @@ def _normalised(found: Fit, at: int, wider: float) -> Curves:
 
     A negative V_p turns v around: what is the loading border there is the unloading one here.
     """
-    scale = scale_of(found.chain)
+    scale = scale_of(found)
     v = borders_of(found.chain)[at].knots / scale.v_p(found.chain)
 
     def law(chain: Chain) -> Array:

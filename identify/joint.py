@@ -94,7 +94,7 @@ def _answer(
 ) -> Identification:  # fmt: skip
     """Write the identification."""
     wider = inflation(found.chain, observations, noise.freedom)
-    scale = scale_of(found.chain)
+    scale = scale_of(found, wider)
     if bend is None and found.chain.stage_of(CurvedPlay) is not None:
         bend = bend_of(found, wider)
     own, normalised = scaled_borders(found, scale, wider)
@@ -126,7 +126,7 @@ def _own_points(
     """Return V_p, and both blocks in the scale of the rig file."""
     blocks = {s.name: s for s in found.chain.stages if isinstance(s, LinearBlock)}
     return OwnPoints(
-        peak_interval(found, scale_of(found.chain), wider), points(found, blocks["G1"], frequencies, wider),
+        peak_interval(found, scale_of(found, wider), wider), points(found, blocks["G1"], frequencies, wider),
         points(found, blocks["G2"], harmonics, wider),
     )  # fmt: skip
 

@@ -1,7 +1,8 @@
 """What are borders and blocks in the paper's scale, V_p = 1 and G2(0) = 1 (eqs. 5a-5d), and how sure are they there?
 
-V_p is the peak of G1's answer to a unit step; it is G1(0) unless G1 overshoots. A negative V_p turns the direction of
-v around, so that loading and unloading change places.
+V_p is the peak of G1's answer to a unit step; it is G1(0) unless G1 overshoots by more than its doubt: noise makes a
+block that hardly overshoots seem to, never the other way, and every border would move with it. A negative V_p turns the
+direction of v around, so that loading and unloading change places.
 """
 
 from dataclasses import dataclass
@@ -24,7 +25,10 @@ BORDERS = ("S_L", "D_L", "S_U", "D_U")
 
 @dataclass(frozen=True)
 class Scale:
-    """How the fitted blocks are brought to the paper's scale: when G1's step response peaks, and G2(0)."""
+    """How the fitted blocks are brought to the paper's scale: when G1's step response peaks, and G2(0).
+
+    ``peak_s`` is infinite where the peak is the settled level.
+    """
 
     peak_s: float
     g2_gain: float
@@ -34,9 +38,12 @@ class Scale:
         return peak(rational_of(chain, "G1"), self.peak_s)
 
 
-def scale_of(chain: Chain) -> Scale:
-    """Return the paper's scale of a fitted chain."""
-    return Scale(peak_s(rational_of(chain, "G1")), rational_of(chain, "G2").dc_gain)
+def scale_of(fit: Fit, wider: float = 1.0) -> Scale:
+    """Return the paper's scale of a fitted chain; an overshoot within the doubt of its peak counts as none."""
+    g1, g2_gain = rational_of(fit.chain, "G1"), rational_of(fit.chain, "G2").dc_gain
+    scale = Scale(peak_s(g1), g2_gain)
+    v_p = peak_interval(fit, scale, wider)
+    return Scale(np.inf, g2_gain) if v_p.low <= g1.dc_gain <= v_p.high else scale
 
 
 def rational_of(chain: Chain, name: str) -> Rational:

@@ -43,7 +43,7 @@ def blocks(fit: Fit) -> dict[str, LinearBlock]:
 @pytest.mark.parametrize(("k1", "k2"), [(2.0, 3.0), (0.1, -4.0), (-2.0, -3.0), (-0.5, 2.0)])
 def test_the_normalised_answer_is_the_same_in_every_scale(k1, k2):
     expected, found = fit_of(PLAIN), fit_of(scaled(k1, k2))
-    one, other = scale_of(expected.chain), scale_of(found.chain)
+    one, other = scale_of(expected), scale_of(found)
     assert other.v_p(found.chain) == pytest.approx(k1 * one.v_p(expected.chain))
     borders, again = scaled_borders(expected, one, 1.0)[1], scaled_borders(found, other, 1.0)[1]
     for name in borders:
@@ -56,7 +56,7 @@ def test_the_normalised_answer_is_the_same_in_every_scale(k1, k2):
 
 def test_an_overshoot_counts_in_the_scale_and_in_its_doubt():
     fit = fit_of(replace(PLAIN, g1=Rational((1.0,), (0.04, 0.1, 1.0))))
-    scale = scale_of(fit.chain)
+    scale = scale_of(fit)
     v_p = peak_interval(fit, scale, 1.0)
     assert v_p.value == pytest.approx(1.0 + np.exp(-np.pi * 0.25 / np.sqrt(1.0 - 0.25**2)), rel=1e-6)
     assert v_p.high > v_p.value > v_p.low
@@ -64,6 +64,13 @@ def test_an_overshoot_counts_in_the_scale_and_in_its_doubt():
     assert normalised["D_L"].value == pytest.approx(own["D_L"].value / v_p.value)
     relative = [(i.high - i.low) / abs(i.value) for i in (own["D_L"], v_p, normalised["D_L"])]
     assert relative[2] == pytest.approx(np.hypot(relative[0], relative[1]), rel=1e-4)  # independent errors
+
+
+def test_an_overshoot_that_noise_would_make_counts_as_none():
+    g1 = Rational((1.0,), (1.0, 1.9, 1.0))  # a damping ratio of 0.95: V_p = 1.00007
+    doubtful, sure = (fit_of(replace(PLAIN, g1=g1), sd) for sd in (0.2, 1e-4))
+    assert scale_of(doubtful).v_p(doubtful.chain) == 1.0
+    assert scale_of(sure).v_p(sure.chain) == pytest.approx(1.0 + np.exp(-np.pi * 0.95 / np.sqrt(1.0 - 0.95**2)))
 
 
 def test_the_covariance_of_the_rig_files_values_comes_from_the_search_coordinates():
@@ -81,6 +88,6 @@ def test_the_covariance_of_the_rig_files_values_comes_from_the_search_coordinate
 def test_a_fit_that_failed_is_sure_of_nothing():
     fit = fit_of(PLAIN)
     lost = replace(fit, covariance=np.full_like(fit.covariance, np.inf))
-    scale = scale_of(fit.chain)
+    scale = scale_of(fit)
     assert scaled_borders(lost, scale, 1.0)[1]["S_L"].high == np.inf
     assert all(p.gain.high == np.inf for p in points(lost, blocks(lost)["G1"], HZ, 1.0, scale.v_p))
