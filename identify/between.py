@@ -31,8 +31,12 @@ def source_voltage(u: Array, intersample: Intersample, substeps: int, before: fl
 
 
 def source_of(trace: Trace, substeps: int) -> Samples:
-    """Return the source voltage of a run just before each instant: kept when it is small, else drawn as it is read."""
-    if isinstance(trace.u, np.ndarray) and trace.size * substeps <= AT_ONCE:
+    """Return the source voltage of a run just before each instant: kept when it is small, else drawn as it is read.
+
+    What is drawn by repeating samples or straight between them is had faster in the cache than kept outside of it.
+    """
+    drawn_fast = substeps > 1 and trace.intersample != "bandlimited"
+    if isinstance(trace.u, np.ndarray) and trace.size * substeps <= AT_ONCE and not drawn_fast:
         return source_voltage(trace.u, trace.intersample, substeps)
     return Drawn(trace.size * substeps, trace.u, trace.intersample, substeps)
 

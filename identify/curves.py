@@ -17,8 +17,9 @@ from identify.model import Backlash, CurvedBacklash, LinearF, Model
 from identify.natural_units import shown
 from identify.noise import Noise
 from identify.normalised import scale_of
-from identify.observe import Observation, pooled_rms, refined
+from identify.observe import Observation, pooled_rms
 from identify.propagation import propagated
+from identify.stepping import settled
 from identify.trace import Array
 
 Form = Literal["straight", "curved"]
@@ -145,14 +146,13 @@ def _normalised(found: Fit, at: int, wider: float) -> Curves:
 def bending(
     model: Model, straight: Fit, observations: tuple[Observation, ...], noise: Noise, knots: int | None = None
 ) -> tuple[tuple[Observation, ...], Fit, Bend]:
-    """Bend the borders of a straight fit: return the observations on the grids needed, the fit to go by, the bend.
+    """Bend the borders of a straight fit: return the observations as they were last fitted, the fit to go by, the bend.
 
     The bent fit is the one to go by when it pays, or when a number of ``knots`` was asked for.
     """
     found = orders(straight, observations, model.fixed, knots)
-    finer = tuple(refined(o, found.bent.chain) for o in observations)
-    if any(a is not b for a, b in zip(observations, finer, strict=True)):
-        found = replace(found, bent=fit(found.bent.chain, finer, centre_of(found.bent, found.bent.chain), model.fixed))
+    finer, bent = settled(found.bent, observations, model.fixed)
+    found = replace(found, bent=bent)
     bend = bend_of(found.bent, inflation(found.bent.chain, finer, noise.freedom), taken=found.pays or knots is not None)
     told = replace(bend, orders=found.tried, chosen=found.chosen, held_out=_held_out(found, finer, model.fixed))
     return finer, found.bent if bend.taken else straight, told

@@ -100,6 +100,11 @@ class Fit:
                 return float(np.sqrt(self.covariance[i, i])) * abs(coordinate.slope(float(self.theta[i])))
         return 0.0
 
+    def distance(self, other: "Fit") -> float:
+        """Return how far another fit of the same coordinates lies from this one, in standard deviations of this."""
+        moved = self.theta - other.theta
+        return float(np.sqrt(max(float(moved @ np.linalg.solve(self.covariance, moved)), 0.0)))
+
     def ci95(self, name: str, inflation: float = 1.0) -> tuple[float, float]:
         """Return the 95 % interval of a value, from the curvature of the likelihood in its search coordinate."""
         for i, coordinate in enumerate(self.coordinates):

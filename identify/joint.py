@@ -23,11 +23,12 @@ from identify.information import information
 from identify.model import Model
 from identify.noise import Noise, noise_of
 from identify.normalised import peak_interval, scale_of, scaled_borders
-from identify.observe import Observation, pooled_rms, refined
+from identify.observe import Observation, pooled_rms
 from identify.response import harmonics_hz, played_hz, points
-from identify.search import PATIENCE, Judge, searched, shortfall
+from identify.search import Judge, searched, shortfall
 from identify.staircase import staircase
 from identify.start import stabilised, started
+from identify.stepping import settled
 from identify.trace import Trace, intersample_of
 
 
@@ -78,14 +79,11 @@ def observed(model: Model, traces: Sequence[Trace]) -> tuple[tuple[Observation, 
 def fitted(
     model: Model, observations: tuple[Observation, ...], stairs: Sequence[StairPoint], freedom: float = float("inf")
 ) -> tuple[tuple[Observation, ...], Fit]:
-    """Fit all runs together; return the observations on the grids that the result needs, and the fit."""
+    """Fit all runs together; return the observations with what their grid leaves out, and the fit."""
     chain = chain_of(model, intersample_of([o.trace for o in observations]))
     start = started(model, chain, observations, stairs)
     first = fit(start, observations, chain.values, model.fixed)
-    coarse = searched(model, Judge(observations, freedom), first, start)
-    finer = tuple(refined(o, coarse.chain) for o in observations)
-    centre = {c.name: c.centre for c in coarse.coordinates}
-    return finer, fit(coarse.chain, finer, centre, model.fixed, PATIENCE)
+    return settled(searched(model, Judge(observations, freedom), first, start), observations, model.fixed)
 
 
 def _answer(

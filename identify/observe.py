@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identify.between import source_of
 from identify.chain import CHUNK, Chain, answered, chunks, grid_of, running, simulate
@@ -18,7 +19,10 @@ LARGEST = 1 << 30  # instants of a run, at most: bounds time
 
 @dataclass(frozen=True)
 class Piece:
-    """A stretch of whole samples: what enters the chain, the readings in V, and which of them count."""
+    """A stretch of whole samples: what enters the chain, the readings in V, and which of them count.
+
+    What the grid leaves out of an answer is taken from the readings.
+    """
 
     entering: Block
     y: Array
@@ -35,12 +39,17 @@ class Piece:
 
 @dataclass(frozen=True, eq=False)
 class Observation:
-    """One trace with ``use`` (N,) True where a residual counts, and the noise of one sample in V."""
+    """One trace with ``use`` (N,) True where a residual counts, and the noise of one sample in V.
+
+    ``left_out`` (N,) is what a fine grid adds to an answer on this one, in units of the noise, which half precision
+    holds well enough (identify.stepping); None for nothing.
+    """
 
     trace: Trace
     use: Mask
     noise_v: float
     substeps: int = 1
+    left_out: NDArray[np.float16] | None = None
 
     @cached_property
     def source(self) -> Samples:
@@ -61,7 +70,13 @@ class Observation:
         grid = grid_of(self.trace, self.substeps)
         for block in chunks(self.source, grid, samples):
             at = slice(block.first // grid.substeps, (block.first + block.signal.size) // grid.substeps)
-            yield Piece(block, self.trace.y[at], self.use[at])
+            yield Piece(block, self._readings(at), self.use[at])
+
+    def _readings(self, at: slice) -> Array:
+        """Return the readings less what the grid leaves out of an answer, V."""
+        if self.left_out is None:
+            return self.trace.y[at]
+        return np.asarray(self.trace.y[at] - self.noise_v * self.left_out[at].astype(np.float64))
 
     def misfits(self, chain: Chain) -> Iterator[Array]:
         """Yield the residual of the samples that count, V, chunk by chunk."""
@@ -76,7 +91,7 @@ class Observation:
 
     def residual(self, chain: Chain) -> Array:
         """Return y minus the chain's answer, V, shape (N,)."""
-        return np.asarray(self.trace.y[:] - simulate(chain, self.trace, self.substeps))
+        return np.asarray(self._readings(slice(None)) - simulate(chain, self.trace, self.substeps))
 
     def used_residual(self, chain: Chain) -> Array:
         """Return the residual of the samples that count, shape (count,)."""
@@ -106,7 +121,9 @@ def refined(observation: Observation, chain: Chain) -> Observation:
     substeps = observation.substeps
     while substeps < finest and _is_seen(observation, chain, substeps, finest):
         substeps *= 2
-    return observation if substeps == observation.substeps else replace(observation, substeps=substeps)
+    if substeps == observation.substeps:
+        return observation
+    return replace(observation, substeps=substeps, left_out=None)
 
 
 def _is_seen(observation: Observation, chain: Chain, substeps: int, finest: int) -> bool:

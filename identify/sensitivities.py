@@ -15,7 +15,7 @@ from identify.discretise import Matrix
 from identify.lanes import WIDTH
 from identify.observe import Observation
 from identify.stage import Block
-from identify.tangents import AT_ONCE, Scales, Tangents, tangents
+from identify.tangents import Scales, Tangents, tangents
 from identify.trace import Array
 
 DIFFERENCE = 1e-5  # step of the differences, in search coordinates
@@ -63,7 +63,7 @@ def sensitivities(chain: Chain, scales: Scales, observation: Observation) -> Sen
 
 def _from_tangents(exact: Tangents, observation: Observation) -> Iterator[tuple[Array, Matrix]]:
     """Yield residuals and rows of a chain that runs its derivatives beside its signals."""
-    for piece in observation.pieces(max(AT_ONCE // observation.substeps, 1)):
+    for piece in observation.pieces(exact.samples):
         answer, rows = exact.run(piece.entering)
         residual = (piece.y - answer) / observation.noise_v
         yield (residual, rows) if piece.use.all() else (residual[piece.use], rows[piece.use])

@@ -30,12 +30,14 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Tangents:
-    """The plain chain at work with its derivatives: ``run`` turns up to ``AT_ONCE`` instants into (answer, rows).
+    """The plain chain at work with its derivatives: ``run`` turns a stretch of instants into (answer, rows).
 
-    The answer in V, shape (n,), and rows, shape (n, width), are those of the n sample instants, valid until the next
-    run. ``columns`` are the places in a row of the derivatives, in the order of the names asked for.
+    The answer in V, shape (n,), and rows, shape (n, width), are those of the n sample instants, ``samples`` of them at
+    most, and valid until the next run. ``columns`` are the places in a row of the derivatives, in the order of the
+    names asked for.
     """
 
+    samples: int
     columns: tuple[int, ...]
     run: Callable[[Block], tuple[Array, Matrix]]
 
@@ -194,7 +196,7 @@ def _running(
     places = {lane.name: WIDTH * i + k for i, part in enumerate(eights) for k, lane in enumerate(part)}
     places |= {name: at_answer + k for k, (name, _) in enumerate(own)}
     places |= {lanes[-1].name: WIDTH - 1, law.last[0]: at_answer}
-    return Tangents(tuple(places[name] for name in scales), run)
+    return Tangents(AT_ONCE // grid.substeps, tuple(places[name] for name in scales), run)
 
 
 def _to_w(one: Cascade, lanes: Sequence[_Lane], v: _Lane, law: _Law) -> ToW:

@@ -1,0 +1,74 @@
+"""Is what the samples' grid leaves out put back, against an integrator of its own?"""
+
+import numpy as np
+import pytest
+
+from identify.chain import plain_chain, simulate
+from identify.fit import fit
+from identify.observe import Observation
+from identify.stepping import corrected, settled
+from tests.proof.rigs import OP_AMP, RC, toleranced
+from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
+from tests.trials import model_of, noisy, observed, recorded
+
+STAIRS = recorded(RC, staircase("stairs", FIG13_LEVELS_V[::2], 0.02), fine=128)
+FAST = recorded(RC, sine("sine", 500.0, 60.0, 100, 1), fine=128)
+CHAIN = plain_chain(model_of(RC))
+
+
+def seen(trace, noise_v, use=None):
+    return Observation(trace, np.ones(trace.size, dtype=bool) if use is None else use, noise_v)
+
+
+@pytest.mark.parametrize("noise_v", [0.1, 0.01, 0.003])
+@pytest.mark.parametrize("trace", [STAIRS, FAST], ids=lambda trace: trace.name)
+def test_no_error_is_left_that_a_matched_test_could_see(trace, noise_v):
+    assert np.linalg.norm(corrected(seen(trace, noise_v), CHAIN).residual(CHAIN)) / noise_v < 0.15
+
+
+def test_without_it_the_error_is_seen():
+    assert np.linalg.norm(seen(FAST, 0.01).residual(CHAIN)) / 0.01 > 3.0
+    assert corrected(seen(FAST, 0.01), CHAIN).left_out is not None
+
+
+def test_a_grid_that_is_fine_already_is_left_alone():
+    assert corrected(seen(STAIRS, 10.0), CHAIN).left_out is None
+
+
+def test_a_pole_faster_than_a_step_is_met():
+    trace = recorded(OP_AMP, staircase("stairs", FIG13_LEVELS_V[::2], 0.02), fine=128)
+    chain = plain_chain(model_of(OP_AMP))
+    assert np.linalg.norm(seen(trace, 0.01).residual(chain)) / 0.01 > 1.0
+    assert np.linalg.norm(corrected(seen(trace, 0.01), chain).residual(chain)) / 0.01 < 0.15
+
+
+def test_only_samples_that_count_ask_for_it():
+    use = np.arange(FAST.size) < 5
+    assert corrected(seen(FAST, 0.01, use), CHAIN).left_out is None
+
+
+def test_it_is_measured_anew_and_not_added_up():
+    once = corrected(seen(FAST, 0.01), CHAIN)
+    twice = corrected(once, CHAIN)
+    assert once.left_out is not None
+    assert np.array_equal(once.left_out, twice.left_out)
+
+
+def test_long_runs_are_walked_in_stretches(monkeypatch):
+    whole = corrected(seen(FAST, 0.01), CHAIN)
+    monkeypatch.setattr("identify.stepping.CHUNK", 640)
+    assert np.allclose(corrected(seen(FAST, 0.01), CHAIN).left_out, whole.left_out, rtol=0, atol=1e-3)
+
+
+def test_a_fit_on_the_samples_grid_is_the_fit_on_a_fine_one():
+    trace = noisy(FAST, 0.01, 1)
+    start = plain_chain(model_of(toleranced(RC, 5, 0.1)))
+    fine = fit(start, [observed(trace, 0.01, 32)])
+    coarse = fit(start, [seen(trace, 0.01)])
+    (corrected_once_more,), found = settled(coarse, (seen(trace, 0.01),), ())
+    assert corrected_once_more.left_out is not None
+    for name in ("G1.den.s1", "F.S_L", "F.D_L", "F.S_U", "F.D_U", "G2.den.s1"):
+        assert abs(found.chain.values[name] - fine.chain.values[name]) < 0.03 * fine.sd(name)
+        assert found.sd(name) == pytest.approx(fine.sd(name), rel=0.02)
+    assert max(abs(coarse.chain.values[n] - fine.chain.values[n]) / fine.sd(n) for n in ("F.S_L", "F.D_L")) > 0.3
+    assert np.allclose(simulate(found.chain, trace, 32), simulate(fine.chain, trace, 32), rtol=0, atol=1e-3)
