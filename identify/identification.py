@@ -1,12 +1,13 @@
 """What is the answer to "which rig made these recordings"?"""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
 from identify.certainty import Certainty
 from identify.curves import Bend, curves_dict
 from identify.fit import Fit
 from identify.interval import Interval, number
+from identify.measured import Measured
 from identify.model import Model, Rational
 from identify.noise import Noise
 from identify.observe import Observation
@@ -84,6 +85,7 @@ class Identification:
     are empty for a rig without backlash, and the nearest straight ones where they are bent. ``own_scale`` and
     ``own_points`` have the same as the rig file's DC gains leave them, ``certainty`` every number of ``model``;
     ``delay`` is the sum of all dead times, s. ``bend`` tells the shape of the borders where it was asked for.
+    ``measured`` are the points of G1 and G2 that need no rational form.
     """
 
     model: Model
@@ -102,6 +104,7 @@ class Identification:
     delay: Interval = PUNCTUAL
     own_points: OwnPoints | None = None
     certainty: Certainty | None = None
+    measured: Measured = field(default_factory=Measured)
     advice: "tuple[Advice, ...]" = ()
     steps: "tuple[StepInformation, ...]" = ()
     bend: Bend | None = None
@@ -116,10 +119,12 @@ class Identification:
         own = self.own_points
         blocks = {
             name: {
-                "points": [point.to_dict() for point in points], **_own_points(mine), "rational": self._rational(name),
+                "points": [point.to_dict() for point in points], **_own_points(mine),
+                "measured": [point.to_dict() for point in read], "rational": self._rational(name),
             }
-            for name, points, mine in (
-                ("G1", self.g1, own.g1 if own else None), ("G2", self.g2, own.g2 if own else None),
+            for name, points, mine, read in (
+                ("G1", self.g1, own.g1 if own else None, self.measured.g1),
+                ("G2", self.g2, own.g2 if own else None, self.measured.g2),
             )
         }  # fmt: skip
         return {

@@ -22,6 +22,7 @@ from identify.inflation import inflation
 from identify.information import information
 from identify.model import Model
 from identify.noise import Noise, noise_of
+from identify.nonparametric import Evidence, nonparametric
 from identify.normalised import peak_interval, scale_of, scaled_borders
 from identify.observe import Observation, pooled_rms
 from identify.response import harmonics_hz, played_hz, points
@@ -112,6 +113,7 @@ def _answer(
         delay=total_delay(found, wider), bend=bend,
         staircase=stairs, not_identifiable=unidentifiable(model, refitted, found, observations, stairs, wider),
         own_points=_own_points(found, frequencies, harmonics, wider),
+        measured=nonparametric(Evidence(refitted, found, told, wider), observations, scale),
         certainty=certainty(model, found, wider),
         warnings=(*_shortcomings(found, observations, noise, rms_v), *(a.sentence for a in advised if not a.remark)),
         advice=advised, steps=told.steps(),

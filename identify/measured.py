@@ -78,8 +78,13 @@ class Measured:
 
 def exactly(model: Model, sines: Sequence[Period]) -> Known:
     """Return a model whose borders, and phases of G1, are taken as exact."""
-    at = np.unique([frequency_of(p) for p in sines])
+    at = frequencies_of(sines)
     return Known(model, at, np.zeros((BORDERS + at.size, BORDERS + at.size)))
+
+
+def frequencies_of(sines: Sequence[Period]) -> Array:
+    """Return the frequencies of some sines, Hz, each once."""
+    return np.unique([frequency_of(period) for period in sines])
 
 
 def measured(sines: Sequence[Period], known: Known, wider: float = 1.0) -> Measured:

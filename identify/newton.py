@@ -8,43 +8,48 @@ from numpy.typing import NDArray
 from identify.trace import Array
 
 Matrix = NDArray[np.float64]
-ROUNDS, HALVINGS = 40, 12
+ROUNDS = 60
 LARGEST = 0.5  # change of an unknown in one step
-NEGLIGIBLE = 1e-8  # gain in the sum of squares that ends the search
+ENOUGH = 1e-6  # gain in the sum of squares below which the search ends
 UNTOLD = 1e3  # standard deviation of an unknown that nothing tells of, in its own unit
+STIFFEST = 1e12  # damping beyond which no step helps
 
 
 def least_squares(missed: Callable[[Array], Array], rows: Callable[[Array], Matrix], x: Array) -> tuple[Array, Array]:
     """Return the unknowns near ``x`` with the least sum of squares of ``missed``, and what is missed there.
 
-    Gauss-Newton, a step halved until it helps; a direction nothing tells of is held by a ridge and stays where it is.
-    ``rows`` is d missed / d x. A trial for which ``missed`` raises ValueError counts as one that does not help.
+    Levenberg-Marquardt: steps are damped until none is long and the sum falls, so that what nothing tells of stays and
+    holds up nothing else. ``rows`` is d missed / d x; where ``missed`` raises ValueError no step leads.
     """
-    here = missed(x)
+    here, damping = missed(x), UNTOLD**-2.0
     for _ in range(ROUNDS):
-        table = rows(x)
-        right = -table.T @ here
-        step = np.linalg.solve(table.T @ table + np.eye(x.size) * UNTOLD**-2.0, right)
-        if float(step @ right) < NEGLIGIBLE:
-            break
-        step *= min(1.0, LARGEST / float(np.max(np.abs(step))))
-        before, (x, here) = here, _towards(missed, x, here, step)
-        if here is before:
+        before = float(here @ here)
+        x, here, damping = _step(missed, rows(x), x, here, damping)
+        if before - float(here @ here) < ENOUGH:
             break
     return x, here
 
 
-def _towards(missed: Callable[[Array], Array], x: Array, here: Array, step: Array) -> tuple[Array, Array]:
-    """Return the unknowns, and what is missed there, after as much of the step as helps; after none when none does."""
-    for _ in range(HALVINGS):
-        try:
-            there = missed(x + step)
-        except ValueError:
-            there = np.full(1, np.inf)
-        if float(there @ there) < float(here @ here):
-            return x + step, there
-        step = 0.5 * step
-    return x, here
+def _step(
+    missed: Callable[[Array], Array], table: Matrix, x: Array, here: Array, damping: float
+) -> tuple[Array, Array, float]:
+    """Return the unknowns after one step that helps, what is missed there, and the damping to begin with next."""
+    matrix, right = table.T @ table, -table.T @ here
+    while damping < STIFFEST:
+        step = np.linalg.solve(matrix + np.eye(x.size) * damping, right)
+        there = _there(missed, x + step) if np.max(np.abs(step)) < LARGEST else None
+        if there is not None and float(there @ there) <= float(here @ here):
+            return x + step, there, max(0.1 * damping, UNTOLD**-2.0)
+        damping *= 10.0
+    return x, here, damping
+
+
+def _there(missed: Callable[[Array], Array], x: Array) -> Array | None:
+    """Return what is missed at ``x``; None where nothing can be."""
+    try:
+        return missed(x)
+    except ValueError:
+        return None
 
 
 def variances(curvature: Matrix) -> Array:

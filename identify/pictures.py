@@ -24,6 +24,7 @@ from identify.drawing import (
 )
 from identify.explain.explanation import Profile
 from identify.identification import Branch, FrequencyPoint, Identification
+from identify.measured import MeasuredPoint
 from identify.model import Backlash, CurvedBacklash, LinearF, Model, Rational
 from identify.natural_units import prefix_of, shown
 from identify.observe import Observation, rms
@@ -196,16 +197,19 @@ def frequency_response(found: Identification) -> Picture | None:
     figure, axes = new_figure(2, 2, 4.6)
     g1, g2 = found.blocks
     unit = found.own_points.v_p.value if found.own_points else 1.0
-    sets = (("G1", found.g1, scaled(g1, unit)), ("G2", found.g2, scaled(g2, g2.dc_gain)))
-    for column, (name, points, block) in enumerate(sets):
+    read = found.measured
+    sets = (("G1", found.g1, read.g1, scaled(g1, unit)), ("G2", found.g2, read.g2, scaled(g2, g2.dc_gain)))
+    for column, (name, points, measured, block) in enumerate(sets):
         _response_axes(axes[column], axes[2 + column], points, block)
+        _draw_measured(axes[column], axes[2 + column], measured, block)
         axes[column].set(title=name, ylabel="gain")
         axes[2 + column].set(xlabel="frequency in Hz", ylabel="phase in degrees")
     return Picture(
         "Frequency response of G1 and G2", embedded(figure),
         f"Gain and phase of G1 at {len(found.g1)} and of G2 at {len(found.g2)} frequencies with 95 % intervals",
         "Points with 95 % intervals at the excited frequencies and, for G2, at harmonics; the line is the fitted "
-        "rational function. Scaled as in the paper: V_p = 1, G2(0) = 1.",
+        "rational function. Squares are measured from harmonics or a multisine without that function. Scaled as in the "
+        "paper: V_p = 1, G2(0) = 1.",
     )  # fmt: skip
 
 
@@ -230,6 +234,28 @@ def _response_axes(gain: "Axes", phase: "Axes", points: Sequence[FrequencyPoint]
     ):  # fmt: skip
         halves = scale * np.array([[i.value - i.low, i.high - i.value] for i in intervals]).T
         ax.errorbar(at, [scale * i.value for i in intervals], yerr=halves, fmt="o", color=INK, markersize=4, capsize=2)
+
+
+def _draw_measured(gain: "Axes", phase: "Axes", points: Sequence[MeasuredPoint], block: Rational) -> None:
+    """Draw what needs no rational form, each phase on the turn of the curve."""
+    for ax, scale, told in (
+        (gain, 1.0, [(p.frequency_hz, p.gain) for p in points]),
+        (phase, 180.0 / np.pi, [(p.frequency_hz, p.phase_rad) for p in points]),
+    ):
+        known = [(f, interval) for f, interval in told if interval is not None]
+        if not known:
+            continue
+        at = np.array([f for f, _ in known])
+        value = np.array([i.value for _, i in known])
+        halves = np.array([[i.value - i.low, i.high - i.value] for _, i in known]).T
+        if ax is phase:
+            fine = np.geomspace(0.01 * at.min(), at.max(), 2000)
+            value += 2.0 * np.pi * np.rint(
+                (np.interp(at, fine, np.unwrap(np.angle(response(block, fine)))) - value) / (2.0 * np.pi)
+            )
+        ax.errorbar(
+            at, scale * value, yerr=scale * halves, fmt="s", color=BEFORE, markersize=4, capsize=2, fillstyle="none",
+        )  # fmt: skip
 
 
 def response(block: Rational, frequency_hz: Array) -> np.ndarray[tuple[int], np.dtype[np.complex128]]:
