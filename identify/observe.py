@@ -63,7 +63,10 @@ class Observation:
 
     def until(self, size: int) -> "Observation":
         """Return what there is up to sample ``size``; itself when that is all."""
-        return self if size >= self.trace.size else replace(self, trace=self.trace.until(size), use=self.use[:size])
+        if size >= self.trace.size:
+            return self
+        left_out = None if self.left_out is None else self.left_out[:size]
+        return replace(self, trace=self.trace.until(size), use=self.use[:size], left_out=left_out)
 
     def pieces(self, samples: int | None = None) -> Iterator[Piece]:
         """Yield the run from its beginning, a chunk of samples at a time: whoever walks it needs memory for one."""

@@ -29,6 +29,15 @@ def test_only_samples_in_use_count():
     assert np.array_equal(seen.used_residual(CHAIN), seen.residual(CHAIN)[100:150])
 
 
+def test_the_beginning_of_a_run_has_the_residual_of_the_whole():
+    left_out = np.linspace(-1.0, 1.0, STAIRS.size, dtype=np.float16)
+    whole = Observation(STAIRS, np.arange(STAIRS.size) > 50, 0.01, 2, left_out)
+    short = whole.until(120)
+    assert short.count == 69
+    assert np.array_equal(short.residual(CHAIN), whole.residual(CHAIN)[:120])
+    assert whole.until(STAIRS.size) is whole
+
+
 def test_source_is_given_on_the_fine_grid():
     assert observed(STAIRS, 0.01, 4).source.size == 4 * STAIRS.size
 
