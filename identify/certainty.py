@@ -44,7 +44,7 @@ class Certainty:
 
 def certainty(model: Model, fit: Fit, wider: float) -> Certainty:
     """Return the numbers of ``model`` as fitted, with their covariance times ``wider`` squared."""
-    values = coefficients(fitted_model(fit.chain, model))
+    values = _values(fit.chain, model)
     told = [name for name, value in values.items() if np.isfinite(value)]
     found = propagated(fit, lambda chain: _numbers(chain, model, told))
     moved = np.flatnonzero(found.sd > 0.0)
@@ -57,6 +57,13 @@ def fitted_model(chain: Chain, model: Model) -> Model:
     return replace(model_of(chain, model), physics=physics_in(chain))
 
 
+def _values(chain: Chain, model: Model) -> dict[str, float]:
+    """Return the numbers of a chain, every dead time as G2's: only their sum is told."""
+    found = fitted_model(chain, model)
+    late_s = found.g1.dead_time_s + found.g2.dead_time_s
+    return {**coefficients(found), "G1.dead_time": 0.0, "G2.dead_time": late_s}
+
+
 def _numbers(chain: Chain, model: Model, names: Sequence[str]) -> Array:
-    values = coefficients(fitted_model(chain, model))
+    values = _values(chain, model)
     return np.array([values[name] for name in names])

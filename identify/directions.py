@@ -14,8 +14,9 @@ from scipy.linalg import eigh
 
 from identify.chain import grid_of
 from identify.fit import Coordinate, Fit
+from identify.normalised import rational_of
 from identify.observe import Observation
-from identify.probes import DELAYS, GAINS, OFFSETS, per_difference, probes, with_probes
+from identify.probes import DELAYS, GAINS, OFFSETS, probes, with_probes
 from identify.sensitivities import DIFFERENCE, sensitivities
 from identify.stage import is_fixed
 from identify.trace import Array
@@ -83,12 +84,17 @@ def likeness(fit: Fit, observations: Sequence[Observation]) -> Likeness:
     tried = [probe.name for probe in probes(fit.chain)]
     pairs = zip(fit.coordinates, fit.theta, strict=True)
     fitted = {c.name: c.slope(float(t)) for c, t in pairs if not is_fixed(c.name, ("G1", "G2"))}
+    # A level that rests on a corner of F has another slope on either side: offsets are moved as far as borders are, and
+    # the other way, so that both see the same side.
+    border_v = fitted.get("F.D_L", 1.0) / rational_of(fit.chain, "G1").dc_gain
+    small = {name: -border_v if name in OFFSETS else 1.0 for name in tried}
     names = (*fitted, *tried)
     matrix = np.zeros((len(names), len(names)))
     for observation in (replace(o, substeps=1) for o in observations):
         step_s = grid_of(observation.trace).step_s
-        units = np.array([1.0] * len(fitted) + [DIFFERENCE / per_difference(name, step_s) for name in tried])
-        part, _ = sensitivities(chain, {**fitted, **dict.fromkeys(tried, 1.0)}, observation).normal()
+        steps = [step_s if name in DELAYS else DIFFERENCE * small[name] for name in tried]
+        units = np.array([1.0] * len(fitted) + [DIFFERENCE / step for step in steps])
+        part, _ = sensitivities(chain, {**fitted, **small}, observation).normal()
         matrix += part * np.outer(units, units)
     return Likeness(names, matrix)
 

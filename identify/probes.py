@@ -1,8 +1,8 @@
 """What does the plain model hold by assumption that a rig could have: where is that put into a chain, and how large?
 
 A probe is a stage that does nothing at value zero. It is never fitted: its sensitivity is compared with those of what
-was fitted. Delays are taken as one instant of the grid, gains and offsets as small as the fit's own differences. The
-offset at u has been there for ever, so it stands behind G1 as what G1 has made of it.
+was fitted. Delays are one instant of the grid, which makes them exact. The offset at u has been there for ever, so it
+stands behind G1 as what G1 has made of it.
 """
 
 from dataclasses import dataclass
@@ -11,7 +11,6 @@ import numpy as np
 
 from identify.blocks import LinearBlock
 from identify.chain import Chain
-from identify.sensitivities import DIFFERENCE
 from identify.stage import Block, Grid, Parameter, Place, Run, Shape, Stage, Values, memoryless
 from identify.trace import Array
 
@@ -103,7 +102,3 @@ def with_probes(chain: Chain) -> Chain:
         chain = chain.with_stage(probe, {probe.name: 0.0})
     return chain
 
-
-def per_difference(name: str, step_s: float) -> float:
-    """Return by how much a probe changes, in its unit, when its value becomes the fit's difference."""
-    return step_s if name in DELAYS else DIFFERENCE

@@ -157,7 +157,7 @@ def _pole(name: str, per_s: float, observations: Sequence[Observation], still: b
         would = f"one level held for {shown(4.0 * tau_s, 's', 2)}"
     else:
         why = "F never moved" if still else "nothing that was played reaches it through the noise"
-        would = f"sines near {shown(hz, 'Hz', 2)}, with the gap moving (protocols/sine_ladder.yaml)"
+        would = f"sines near {shown(hz, 'Hz', 2)}, with the gap moving, as in protocols/sine_ladder.yaml"
     return Unidentifiable(
         f"pole of {name} near {shown(hz, 'Hz', 3)}", why, f"the rig file's value is kept; {would} would tell it")
 
@@ -165,8 +165,8 @@ def _pole(name: str, per_s: float, observations: Sequence[Observation], still: b
 def _others(fit: Fit, names: set[str]) -> list[Unidentifiable]:
     """Return the remaining values, those that move together as one."""
     found, left = [], set(names)
-    labels = {c.name: c.parameter.label or c.name for c in fit.coordinates}
-    kept = {c.name: f"{labels[c.name]} = {shown(c.centre, c.parameter.unit)}" for c in fit.coordinates}
+    labels = {c.name: c.parameter.label or _label(c.name) for c in fit.coordinates}
+    kept = {c.name: f"{labels[c.name]} {shown(c.centre, _unit(c.parameter.unit))}" for c in fit.coordinates}
     for members in together(fit, sorted(names)):
         named = [name for name in members if name in left]
         if len(members) > 1 and named:
@@ -178,3 +178,14 @@ def _others(fit: Fit, names: set[str]) -> list[Unidentifiable]:
             left -= set(members)
     alone = (Unidentifiable(labels[n], "no run excites it", f"the rig file's value is kept: {kept[n]}") for n in left)
     return found + sorted(alone, key=lambda item: item.what)
+
+
+def _unit(unit: str) -> str:
+    """Return a unit as written behind a number; of a coefficient, whose power of s stands in its name, none."""
+    return "" if unit.startswith("s^") else unit
+
+
+def _label(name: str) -> str:
+    """Return what a parameter is called in a report: coefficients of a numerator in words, others by name."""
+    block, side, power = (*name.split("."), "", "")[:3]
+    return f"numerator of {block}, coefficient of {power.replace('s1', 's')}" if side == "num" else name
