@@ -155,7 +155,7 @@ def bending(
     found = replace(found, bent=bent)
     bend = bend_of(found.bent, inflation(found.bent.chain, finer, noise.freedom), taken=found.pays or knots is not None)
     told = replace(bend, orders=found.tried, chosen=found.chosen, held_out=_held_out(found, finer, model.fixed))
-    return finer, found.bent if bend.taken else straight, told
+    return (finer, found.bent, told) if bend.taken else (observations, straight, told)
 
 
 def _held_out(found: Orders, observations: Sequence[Observation], fixed: Sequence[str]) -> HeldOut | None:

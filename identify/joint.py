@@ -57,13 +57,28 @@ def _identified(
     observations, noise = observed(model, traces)
     stairs = tuple(p for o in observations for p in staircase(o, settling_s(model), model.g1.dc_gain))
     note("fitting all runs together", 0.2)
-    observations, found = fitted(model, observations, stairs, noise.freedom)
     bend = None
     if to_bend:
-        note("bending the borders", 0.5)
-        observations, found, bend = bending(model, found, observations, noise, knots)
+        observations, found, bend = _bent(model, observations, stairs, noise, knots)
+    else:
+        observations, found = fitted(model, observations, stairs, noise.freedom)
     note("writing the answer", 0.9)
     return _answer(model, observations, found, stairs, noise, bend)
+
+
+def _bent(
+    model: Model, observations: tuple[Observation, ...], stairs: Sequence[StairPoint], noise: Noise, knots: int | None
+) -> tuple[tuple[Observation, ...], Fit, Bend]:
+    """Fit with borders bent where that pays.
+
+    A straight fit that leaves more than noise is no reason to look for another start before its borders were bent.
+    """
+    finer, straight = fitted(model, observations, stairs, None)
+    first = bending(model, straight, finer, noise, knots)
+    if Judge(first[0], noise.freedom).at_noise(first[1]):
+        return first
+    finer, straight = fitted(model, observations, stairs, noise.freedom)
+    return min(first, bending(model, straight, finer, noise, knots), key=lambda found: found[1].cost)
 
 
 def observed(model: Model, traces: Sequence[Trace]) -> tuple[tuple[Observation, ...], Noise]:
@@ -78,13 +93,19 @@ def observed(model: Model, traces: Sequence[Trace]) -> tuple[tuple[Observation, 
 
 
 def fitted(
-    model: Model, observations: tuple[Observation, ...], stairs: Sequence[StairPoint], freedom: float = float("inf")
-) -> tuple[tuple[Observation, ...], Fit]:
-    """Fit all runs together; return the observations with what their grid leaves out, and the fit."""
+    model: Model, observations: tuple[Observation, ...], stairs: Sequence[StairPoint],
+    freedom: float | None = float("inf"),
+) -> tuple[tuple[Observation, ...], Fit]:  # fmt: skip
+    """Fit all runs together; return the observations with what their grid leaves out, and the fit.
+
+    Other starts are tried where the first ends above the noise, known as well as ``freedom`` readings tell it; None:
+    the first has to do.
+    """
     chain = chain_of(model, intersample_of([o.trace for o in observations]))
     start = started(model, chain, observations, stairs)
     first = fit(start, observations, chain.values, model.fixed)
-    return settled(searched(model, Judge(observations, freedom), first, start), observations, model.fixed)
+    found = first if freedom is None else searched(model, Judge(observations, freedom), first, start)
+    return settled(found, observations, model.fixed)
 
 
 def _answer(

@@ -43,11 +43,10 @@ def bent() -> Identification:
 
 @pytest.mark.parametrize("shape", SHAPES[:3], ids=lambda shape: shape.name)
 def test_the_bands_hold_the_borders_of_the_integrator(shape) -> None:
-    trials = [trial(shape, seed) for seed in (11, 12)]
-    off = np.concatenate([t.off for t in trials])
-    assert np.mean(np.abs(off) < 1.96) > 0.8  # 36 places, many of them alike; the study is in tests/benchmarks
-    assert np.max(np.abs(off)) < 4.5
-    assert {t.bent for t in trials} == {shape is not STRAIGHT}
+    found = trial(shape, 11)
+    assert np.max(np.abs(found.off)) < 4.0  # 18 places of one realisation; the study is in tests/benchmarks
+    assert np.mean(np.abs(found.off) < 1.96) > 0.7
+    assert found.bent == (shape is not STRAIGHT)
 
 
 def test_the_answer_tells_the_bend_and_what_speaks_for_it(bent: Identification) -> None:
