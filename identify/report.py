@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from identify import pictures
 from identify.border_picture import borders
+from identify.directions import undetermined
 from identify.drawing import AFTER, BEFORE, Picture, page_style
 from identify.effects import catalogue, effect_of
 from identify.effects.effect import short
@@ -172,9 +173,16 @@ def _blocks(found: Identification) -> list[dict[str, str]]:
     def row(name: str, block: Rational) -> dict[str, str]:
         num, den = (", ".join(f"{c:.6g}" for c in side) for side in (block.num, block.den))
         late = shown_interval(found.delay, "s") if block.dead_time_s else "none"
+        den = f"{den} ({note})" if (note := block_note(found, name)) else den
         return {"name": name, "num": num, "den": den, "dead_time": late}
 
     return [row(name, block) for name, block in zip(("G1", "G2"), found.blocks, strict=True)]
+
+
+def block_note(found: Identification, name: str) -> str:
+    """Return what to say beside a block's coefficients when not all of them are told; nothing when they are."""
+    open_ = any(n.startswith(f"{name}.") for n in undetermined(found.fit))
+    return "not all of it told, see what these recordings cannot tell" if open_ else ""
 
 
 def physics_lines(model: Model) -> list[tuple[str, str, str]]:

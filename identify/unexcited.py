@@ -24,6 +24,7 @@ from identify.staircase import border
 from identify.visits import Range, Visits
 
 STAIRCASE = "protocols/fig13_staircase.yaml"
+KEPT = "nothing but the rig file's values"
 LEVELS = 2  # settled levels a border needs
 
 
@@ -64,7 +65,7 @@ def _never_moved(fit: Fit, tones: Sequence[Tone], where: Visits) -> Unidentifiab
         "borders of F: S_L, D_L, S_U, D_U",
         f"F never moved: v stayed between {shown(where.v.low, 'V', 3)} and {shown(where.v.high, 'V', 3)}, inside the "
         f"gap the rig file gives, {shown(f.d_u_v, 'V', 3)} to {shown(f.d_l_v, 'V', 3)}",
-        f"the rig file's values are kept; levels of u beyond +-{shown(level_v, 'V', 3)} ({STAIRCASE}){more}",
+        f"{KEPT}; levels of u beyond +-{shown(level_v, 'V', 3)} ({STAIRCASE}){more}",
     )
 
 
@@ -75,7 +76,7 @@ def _border(fit: Fit, side: str, where: Visits) -> Unidentifiable:
     if visited.empty:
         return Unidentifiable(
             f"{SIDES[side]} border: S_{side}, D_{side}", f"F never touched its {SIDES[side]} border",
-            f"the rig file's values are kept; at least {LEVELS} levels of u {level} ({STAIRCASE})",
+            f"{KEPT}; at least {LEVELS} levels of u {level} ({STAIRCASE})",
         )  # fmt: skip
     return Unidentifiable(
         f"S_{side} against D_{side}",
@@ -150,7 +151,7 @@ def _pole(name: str, per_s: float, observations: Sequence[Observation], still: b
     rate_hz = max(o.trace.rate_hz for o in observations)
     longest_s = max(o.trace.size / o.trace.rate_hz for o in observations)
     if hz > 0.5 * rate_hz:
-        why = f"it lies above half the sample rate, {shown(0.5 * rate_hz, 'Hz')}"
+        why = f"it lies above half the sample rate, {shown(0.5 * rate_hz, 'Hz')}: only the delay it makes shows"
         would = f"sampling above {shown(4.0 * hz, 'Hz', 2)} with steps or a sine near {shown(hz, 'Hz', 2)}"
     elif tau_s > 0.5 * longest_s:
         why = f"its time constant of {shown(tau_s, 's', 3)} is long against the longest run, {shown(longest_s, 's', 3)}"
@@ -159,7 +160,7 @@ def _pole(name: str, per_s: float, observations: Sequence[Observation], still: b
         why = "F never moved" if still else "nothing that was played reaches it through the noise"
         would = f"sines near {shown(hz, 'Hz', 2)}, with the gap moving, as in protocols/sine_ladder.yaml"
     return Unidentifiable(
-        f"pole of {name} near {shown(hz, 'Hz', 3)}", why, f"the rig file's value is kept; {would} would tell it")
+        f"pole of {name} near {shown(hz, 'Hz', 3)}", why, f"{KEPT}; {would} would tell it")
 
 
 def _others(fit: Fit, names: set[str]) -> list[Unidentifiable]:
@@ -173,10 +174,10 @@ def _others(fit: Fit, names: set[str]) -> list[Unidentifiable]:
             found.append(Unidentifiable(
                 " against ".join(labels[name] for name in members),
                 "moved together they leave the recordings as they are",
-                f"the rig file's values weigh in: {', '.join(kept[name] for name in members)}",
+                f"{KEPT}: {', '.join(kept[name] for name in members)}",
             ))  # fmt: skip
             left -= set(members)
-    alone = (Unidentifiable(labels[n], "no run excites it", f"the rig file's value is kept: {kept[n]}") for n in left)
+    alone = (Unidentifiable(labels[n], "no run excites it", f"{KEPT}: {kept[n]}") for n in left)
     return found + sorted(alone, key=lambda item: item.what)
 
 

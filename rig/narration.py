@@ -97,7 +97,7 @@ def simulated(played: "Simulated") -> Iterator[str]:
 
 def identified(found: "Identification") -> Iterator[str]:
     """Tell which rig it was, how sure that is, and what cannot be told."""
-    from identify.report import FITTED, identification_sentence, line_sentence, physics_lines
+    from identify.report import FITTED, block_note, identification_sentence, line_sentence, physics_lines
 
     yield identification_sentence(found)
     if found.borders:
@@ -109,7 +109,9 @@ def identified(found: "Identification") -> Iterator[str]:
     if line := line_sentence(found.model):
         yield f"  {line}"
     for name, block in zip(("G1", "G2"), found.blocks, strict=True):
-        yield f"  {name}  num {_coefficients(block.num)}, den {_coefficients(block.den)}"
+        note = block_note(found, name)
+        told = f"num {_coefficients(block.num)}, den {_coefficients(block.den)}"
+        yield f"  {name}  {told}{f' ({note})' if note else ''}"
     if found.delay.value:
         yield f"  delay in all, given to G2: {shown_interval(found.delay, 's')}"
     yield from (f"  {name} in {stage}  {values}" for name, stage, values in physics_lines(found.model))
