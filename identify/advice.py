@@ -5,7 +5,7 @@ yields one sentence with values, units and what to do.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 
 import numpy as np
@@ -26,6 +26,7 @@ from identify.trace import Trace
 FITS = 1.1  # residual over noise up to which a model counts as fitting
 MAINS_HZ = (50.0, 60.0)
 NEAR_HZ = 0.5  # distance from the mains within which a line is taken for hum
+LOUD = 0.2  # share of the largest line of a wave above which another is looked at
 HARMONICS = 7  # harmonics of a wave that tell something of G2
 
 
@@ -99,6 +100,8 @@ def advice(
     found |= {f"rate {rate_hz}": Advice("rate", "", s, True) for rate_hz, s in _sampling(bench, traces)}
     if not isfinite(max(map(abs, bench.rails_w))):
         found |= {f"rail {a.step}": a for a in _flat(stairs)}
+    if any(isinstance(asked, Walk) and _settles(bench, asked) for t in traces for asked in excitations(t)):
+        found = {key: replace(a, remark=a.remark or a.rule == "dwell") for key, a in found.items()}
     stuck = {a.step for a in found.values() if a.rule == "stuck gap"}
     return (*found.values(), *(a for a in _silent(told) if a.step not in stuck))
 
@@ -162,7 +165,7 @@ def _rails(bench: Bench) -> str:
 def _of_walk(bench: Bench, walk: Walk) -> Iterator[Advice]:
     """Yield what is amiss with a staircase."""
     needed_s = settling_s(bench.model)
-    if walk.levels_v.size > 1 and walk.dwell_s < needed_s + ENOUGH / walk.rate_hz:
+    if walk.levels_v.size > 1 and not _settles(bench, walk):
         yield Advice(
             "dwell", walk.label,
             f"{walk.label}: the dwell of {shown(walk.dwell_s, 's', 3)} ends before G1 and G2 settle to "
@@ -184,6 +187,11 @@ def _of_walk(bench: Bench, walk: Walk) -> Iterator[Advice]:
             f"{walk.label}: {railed} of {walk.levels_v.size} levels end on the rails ({_rails(bench)} of w), which "
             f"tells nothing of the borders; stay between {low} and {high}",
         )  # fmt: skip
+
+
+def _settles(bench: Bench, walk: Walk) -> bool:
+    """Return whether every level is held long enough to be read settled."""
+    return walk.dwell_s >= settling_s(bench.model) + ENOUGH / walk.rate_hz
 
 
 def _wider(walk: Walk, ratio: float) -> str:
@@ -215,7 +223,8 @@ def _spread(levels: Iterable[float]) -> str:
 
 def _mains(wave: Wave) -> Iterator[Advice]:
     """Yield a sentence when hum that runs with the wave would survive averaging over its periods."""
-    for f in wave.lines_hz[:HARMONICS].tolist():
+    sizes = np.abs(wave.amplitudes)
+    for f in wave.lines_hz[sizes > LOUD * np.max(sizes)].tolist():
         hit = mains_hit(f, max(NEAR_HZ, 1.0 / wave.time_s))
         if hit is not None:
             order, mains = hit

@@ -127,13 +127,17 @@ def information(
     ``frequencies_hz`` are those at which gain and phase of G1 and G2 are asked for; by default around their corners.
     """
     centred = tuple(Coordinate(c.name, c.parameter, _value(chain, c)) for c in coordinates)
-    labels, matrices = _by_step(chain, centred, observations)
+    labels, matrices = by_step(chain, centred, observations)
     kinds, times_s = _described(observations)
     asked = quantities(chain, centred, frequencies_hz or corners_hz(chain, _lowest_rate_hz(observations)))
-    prior = np.diag([c.prior_sd**-2.0 for c in centred])
     told = ((kinds[label], times_s[label]) for label in labels)
     of_kind, taking_s = zip(*told, strict=True)
-    return Information(labels, of_kind, taking_s, matrices, prior, asked)
+    return Information(labels, of_kind, taking_s, matrices, prior_of(centred), asked)
+
+
+def prior_of(coordinates: Sequence[Coordinate]) -> Matrix:
+    """Return the information of the fit's prior, shape (p, p)."""
+    return np.diag([c.prior_sd**-2.0 for c in coordinates])
 
 
 def _value(chain: Chain, coordinate: Coordinate) -> float:
@@ -155,7 +159,7 @@ def _described(observations: Sequence[Observation]) -> tuple[dict[str, str], dic
     return kinds, times_s
 
 
-def _by_step(
+def by_step(
     chain: Chain, coordinates: Sequence[Coordinate], observations: Sequence[Observation]
 ) -> tuple[tuple[str, ...], Matrix]:
     """Return the labels in the order they are played, and J'J per noise variance of each, shape (labels, p, p)."""

@@ -6,13 +6,15 @@ the ratio is the share of what an edge tells of the pole at a given number of re
 """
 
 from collections.abc import Iterator
-from math import exp, pi
+from math import exp, floor, log10, pi
 
 import numpy as np
 
-from identify.model import Rational
+from identify.model import Model, Rational
 from identify.natural_units import shown
 
+SAMPLES = 100  # readings to a period of the fastest corner that matters
+WIDE = 100.0  # corners further than this above the slowest are seen as delays only
 LOST = 0.1  # share of a pole's information from which more samples are worth it
 
 
@@ -41,3 +43,18 @@ def sampling_advice(name: str, block: Rational, rate_hz: float) -> Iterator[str]
                 f"{where} loses {100.0 * lost:.0f} % of what an edge tells of it between samples at "
                 f"{shown(rate_hz, 'Hz', 3)}; sample at {shown(abs(pole), 'Hz', 2)} or faster"
             )
+
+
+def usual_rate_hz(model: Model, most_hz: float) -> float:
+    """Return a rate that shows the corners that matter well: 1, 2 or 5 times a power of ten, at most ``most_hz``."""
+    corners = np.abs(np.concatenate([np.roots(block.den) for block in (model.g1, model.g2)])) / (2.0 * pi)
+    if not corners.size:
+        return min(1000.0, most_hz)
+    wanted = SAMPLES * float(np.max(corners[corners <= WIDE * np.min(corners)]))
+    return one_two_five(min(2.4 * wanted, most_hz))
+
+
+def one_two_five(value: float) -> float:
+    """Return the largest of 1, 2, 5 times a power of ten that is at most ``value``."""
+    power = floor(log10(value) + 1e-9)
+    return max(float(f"{m}e{power}") for m in (1, 2, 5) if float(f"{m}e{power}") <= value * (1.0 + 1e-9))

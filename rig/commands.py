@@ -8,39 +8,28 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rig.typed import (
+    check_destinations,
+    command,
+    commands,
+    device_option,
+    json_option,
+    optional_quantity,
+    overwrite_option,
+    quantity_above_0,
+    quiet_option,
+    report_option,
+    rig_option,
+    rows_of,
+    runs_argument,
+    say,
+)
+
 if TYPE_CHECKING:
     from identify.explain.explanation import Explanation
     from identify.identification import Identification
 
-Command = Callable[..., None]
-SETTINGS: dict[str, Any] = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
-
-device_option = click.option(
-    "--device", metavar="ADDRESS", help="Such as loopback: or serial:/dev/ttyACM0; else the protocol's own."
-)
-rig_option = click.option("--rig", metavar="RIG.yaml", help="The plain model; else the rig kept in the recordings.")
-json_option = click.option("--json", "json_to", metavar="F", help="Write the answer as JSON; - for stdout.")
-report_option = click.option("--report", metavar="F.html", help="Write one page with pictures.")
-overwrite_option = click.option("--overwrite", is_flag=True, help="Replace a file that is there already.")
-runs_argument = click.argument("runs", nargs=-1, required=True, metavar="RUN...")
-quiet_option = click.option("--quiet", is_flag=True, help="Show no progress.")
-
-
-@click.group(context_settings=SETTINGS)
-@click.version_option(package_name="backlash-rig", prog_name="rig")
-def commands() -> None:
-    """Play protocols on a rig, identify its blocks, and explain where recording and simulation differ."""
-
-
-def command(name: str, *examples: str) -> Callable[[Command], click.Command]:
-    """Return a decorator that makes a command whose help ends in examples, and that takes --debug."""
-    epilog = "\b\nExamples:\n" + "\n".join(f"  {example}" for example in examples)
-
-    def make(function: Command) -> click.Command:
-        debug = click.option("--debug", is_flag=True, expose_value=False, help="Show where an error was raised.")
-        return commands.command(name, epilog=epilog)(debug(function))
-
-    return make
+__all__ = ["commands"]
 
 
 @command(
@@ -59,7 +48,7 @@ def check(protocol: str, device: str | None, plot: str | None, json_to: str | No
     from rig import foresight, narration, session
     from rig.outputs import json_text, write_text
 
-    _check_destinations(plot, json_to)
+    check_destinations(plot, json_to)
     found = session.check(protocol, device)
     told = foresight.foreseen(found)
     if plot:
@@ -71,8 +60,8 @@ def check(protocol: str, device: str | None, plot: str | None, json_to: str | No
     if json_to == "-":
         click.echo(json_text(foresight.to_dict(found, told)), nl=False)
         return
-    _say(narration.checked(found))
-    _say(narration.foreseen(told))
+    say(narration.checked(found))
+    say(narration.foreseen(told))
 
 
 @command("run", "rig run protocols/sine_50hz.yaml --out sine.h5", "rig run my.yaml --device serial:/dev/ttyACM0")
@@ -91,12 +80,45 @@ def run(protocol: str, device: str | None, out: str | None, overwrite: bool, qui
     from rig import narration, session, terminal
 
     out = out or f"{Path(protocol).stem}.h5"
-    _check_destinations(out)
+    check_destinations(out)
     with terminal.counted("recording", quiet) as progress:
         done = session.record(protocol, device, out, progress, overwrite)
-    _say(narration.recorded(done))
+    say(narration.recorded(done))
     if done.outcome.failure is not None:
         raise done.outcome.failure
+
+
+@command("design", "rig design rigs/opamp_backlash.yaml --out best.yaml",
+         "rig design my_rig.yaml --out best.yaml --time 20s --limit 5V --device serial:/dev/ttyACM0")  # fmt: skip
+@click.argument("rig_file", metavar="RIG.yaml")
+@click.option("--out", metavar="PROTOCOL.yaml", required=True, help="The protocol to write.")
+@click.option("--time", "time_s", metavar="60s", default="60 s", show_default=True, help="How long it may take.")
+@click.option("--limit", "limit_v", metavar="10V", help="The largest level; else the range of the device.")
+@click.option("--slew", "slew_v_per_s", metavar="V/s", help="The steepest slope, such as '5 V/ms'; else any.")
+@click.option("--rate", "rate_hz", metavar="10kHz", help="The sample rate; else one that shows the rig's corners.")
+@device_option
+@overwrite_option
+@quiet_option
+def design(
+    rig_file: str, out: str, time_s: str, limit_v: str | None, slew_v_per_s: str | None, rate_hz: str | None,
+    device: str | None, overwrite: bool, quiet: bool,
+) -> None:  # fmt: skip
+    """Write the protocol that tells most.
+
+    Chooses stimuli and repeats for the smallest confidence intervals of the rig in RIG.yaml within time, limits and
+    device, also if its values are 30 % off, and prints what is expected beside the paper's Fig. 13 protocol.
+    """
+    from rig import narration, terminal
+    from rig.design import Wish
+    from rig.design import design as write
+
+    wish = Wish(
+        quantity_above_0("--time", time_s, "s"), optional_quantity("--limit", limit_v, "V"),
+        optional_quantity("--slew", slew_v_per_s, "V/s"), optional_quantity("--rate", rate_hz, "Hz"), device,
+    )  # fmt: skip
+    with terminal.bar("designing", quiet) as progress:
+        done = write(rig_file, out, wish, progress, overwrite)
+    say(narration.designed(done))
 
 
 @command("devices", "rig devices")
@@ -104,7 +126,7 @@ def devices() -> None:
     """List what is attached, by identity."""
     from rig import narration, registry
 
-    _say(narration.devices(registry.discover()))
+    say(narration.devices(registry.discover()))
 
 
 @command("emulate", "rig emulate serial", "rig emulate serial --rig rigs/opamp_backlash.yaml --speed 10")
@@ -153,15 +175,15 @@ def import_table(
     from rig.rigfile import read_rig
     from rig.session import shipped
 
-    _check_destinations(out)
-    first, stop = _rows(rows)
+    check_destinations(out)
+    first, stop = rows_of(rows)
     recording = read_table(
         table, input=input_column, output=output_column, time=time, rate_hz=rate_hz, measured_input=measured_input,
         first_row=first, stop_row=stop, intersample=intersample, initial=initial,
         rig_text=read_rig(shipped(rig)).text if rig else "",
     )  # fmt: skip
     write(out, recording, overwrite)
-    _say(narration.imported(recording, out))
+    say(narration.imported(recording, out))
 
 
 @command(
@@ -188,7 +210,7 @@ def identify(
 
     if knots is not None and borders != "curved":
         raise UsageError("--knots is of curved borders", value=str(knots), do="add --borders curved")
-    _check_destinations(json_to, report)
+    check_destinations(json_to, report)
     loaded = workflow.load(runs, rig)
     with terminal.bar("identifying", quiet) as progress:
         found = workflow.identify_runs(loaded, progress, borders, knots)
@@ -211,7 +233,7 @@ def explain(
     """
     from rig import narration, terminal, workflow
 
-    _check_destinations(json_to, report)
+    check_destinations(json_to, report)
     loaded = workflow.load(runs, rig, hold_out)
     with terminal.bar("explaining", quiet) as progress:
         told = workflow.explain_runs(loaded, workflow.part(progress, 0.0, 0.8 if report else 1.0))
@@ -231,11 +253,11 @@ def simulate(run_file: str, rig: str | None, out: str | None) -> None:
     from rig import narration, workflow
     from rig.outputs import write_text
 
-    _check_destinations(out)
+    check_destinations(out)
     played = workflow.simulate(run_file, rig)
     if out:
         write_text(out, workflow.simulated_csv(played))
-    _say(narration.simulated(played))
+    say(narration.simulated(played))
 
 
 @command("demo", "rig demo", "rig demo --out /tmp/first-light")
@@ -252,34 +274,9 @@ def demo(out: str, quiet: bool) -> None:
 
     with terminal.bar("demo", quiet) as progress:
         shown = play(out, progress)
-    _say(narration.explained(shown.told))
-    _say(f"  written  {path}" for path in shown.files)
-    _say([f"Open {shown.report} in a browser."])
-
-
-def _say(lines: Iterable[str]) -> None:
-    for line in lines:
-        click.echo(line)
-
-
-def _check_destinations(*paths: str | None) -> None:
-    """Refuse at once what could not be written at the end."""
-    from rig.outputs import check_destination
-
-    for path in paths:
-        if path and path != "-":
-            check_destination(path)
-
-
-def _rows(rows: str | None) -> tuple[int, int | None]:
-    """Return FIRST:STOP as numbers; both ends may be left out."""
-    from rig.errors import UsageError
-
-    first, colon, stop = (rows or ":").partition(":")
-    if not colon or not all(part.isdecimal() or not part for part in (first, stop)):
-        allowed = "FIRST:STOP, such as 5200:105200"
-        raise UsageError("not a range of rows", where="--rows", value=repr(rows), allowed=allowed)
-    return int(first or 0), int(stop) if stop else None
+    say(narration.explained(shown.told))
+    say(f"  written  {path}" for path in shown.files)
+    say([f"Open {shown.report} in a browser."])
 
 
 def _deliver(
@@ -295,6 +292,6 @@ def _deliver(
     if json_to == "-":
         click.echo(answer_json(answer), nl=False)
     else:
-        _say(words)
+        say(words)
     if report:
         write_text(report, page())

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from identify.trace import Trace
+from rig.device import Capabilities
 from rig.errors import RefusedError
 from rig.plan import Plan
 from rig.rigfile import parse_rig
@@ -43,13 +44,13 @@ def foreseen(found: Checked) -> Foresight:
     if not found.plan.rig_text:
         return Foresight((), None)
     model = parse_rig(found.plan.rig_text, found.plan.rig_path or "the rig").model
-    noise_v, origin = expected_noise(model, found)
+    noise_v, origin = expected_noise(model, found.capabilities)
     return foreseen_plan(found.plan, model, noise_v, origin)
 
 
-def expected_noise(model: "Model", found: Checked) -> tuple[float, str]:
+def expected_noise(model: "Model", can: Capabilities) -> tuple[float, str]:
     """Return the noise of a reading in V and where it is known from: the rig file, or the least the ADC makes."""
-    floor_v = found.capabilities.input_lsb_v / sqrt(12.0)
+    floor_v = can.input_lsb_v / sqrt(12.0)
     if model.noise_v is not None and model.noise_v > floor_v:
         return model.noise_v, "the rig file"
     return floor_v, "the steps of the ADC; the rig file tells of none larger"

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from identify.explain.explanation import Explanation, Finding
     from identify.identification import Identification, Unidentifiable
     from identify.information import Information
+    from rig.design import Designed
     from rig.foresight import Foresight
     from rig.recorded import Recording
     from rig.registry import Attached
@@ -60,6 +61,24 @@ def expected_lines(told: "Information") -> Iterator[str]:
         told_by = ", ".join(f"{100.0 * share:.0f} % {label}" for label, share in shares if share >= LEAST_SHARE)
         half = shown(1.96 * expected.sd, q.unit, 2)
         yield f"{q.name:<18} {shown(q.value, q.unit):<12} ± {half:<9} {told_by}"
+
+
+def designed(done: "Designed") -> Iterator[str]:
+    """Tell what was written, how sure it makes the answer, and how that compares with the paper's protocol."""
+    steps = len({step.label for step in done.plan.steps})
+    yield f"{done.path}: {steps} steps in {_time(done.plan.duration_s)} at {show(done.plan.rate_hz, 'Hz')}"
+    yield f"  expected 95 % intervals, noise {shown(done.told.noise_v, 'V', 3)} ({done.told.noise_from}):"
+    yield f"    {'':<18} {'':<12} {'this':<14} {'Fig. 13':<14} {'narrower':<10} 30 % off"
+    for row in done.rows:
+        q = row.designed.quantity
+        ends = (f"± {shown(1.96 * e.sd, q.unit, 2)}" if e.told else "not told" for e in (row.designed, row.paper))
+        this, other = ends
+        ratio = f"{row.paper.sd / row.designed.sd:.3g} x" if row.designed.told and row.paper.told else "-"
+        yield f"    {q.name:<18} {shown(q.value, q.unit):<12} {this:<14} {other:<14} {ratio:<10} {row.worst:.3g} x"
+    yield f"  Fig. 13: {done.paper}"
+    yield ("  30 % off: how much wider, relative to its value, an interval gets at worst if gap, slopes and time "
+           f"constants are; {done.moving} of {steps} steps or more then still move F")
+    yield f"  next: `rig check {done.path}`, `rig run {done.path}`"
 
 
 def recorded(done: "Recorded") -> Iterator[str]:

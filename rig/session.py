@@ -52,7 +52,7 @@ def check(protocol_path: str | Path, address: str | None = None) -> Checked:
     protocol = read_protocol(shipped(protocol_path))
     address = address or usual_address(protocol)
     with registry.connect(address) as device:
-        return _checked(protocol, address, device)
+        return proven(protocol, address, device)
 
 
 def record(
@@ -65,7 +65,7 @@ def record(
     protocol = read_protocol(shipped(protocol_path))
     address = address or usual_address(protocol)
     with registry.connect(address) as device:
-        checked = _checked(protocol, address, device)
+        checked = proven(protocol, address, device)
         u = device.quantise(checked.plan.u)
         with Writer(out, checked.plan, _equipment(checked), u, overwrite) as writer:
             outcome = runner.run(checked.plan, device, writer, progress)
@@ -78,8 +78,8 @@ def usual_address(protocol: Protocol) -> str:
     return protocol.device or f"loopback:{protocol.rig_path or ''}"
 
 
-def _checked(protocol: Protocol, address: str, device: Device) -> Checked:
-    """Return the protocol planned at a rate the device makes, and accepted by it."""
+def proven(protocol: Protocol, address: str, device: Device) -> Checked:
+    """Return the protocol planned at a rate the device makes, and accepted by it; raise RefusedError."""
     with _blamed_on(parse_yaml(protocol.text, protocol.path).at("acquisition", "rate")):
         rate = device.achievable_rate(protocol.rate_hz)
         if abs(rate / protocol.rate_hz - 1.0) > RATE_MAY_GIVE:

@@ -22,6 +22,10 @@ SEES_BOTH = {  # who may import more of identify than its plain data, and what
         "identify.joint", "identify.explain", "identify.report", "identify.chain", "identify.effects",
         "identify.simulate",
     },
+    "rig.design": {
+        "identify.candidates", "identify.design", "identify.fig13", "identify.sampling",
+    },
+    "rig.protocolfile": {"identify.candidates"},
     "rig.foresight": {
         "identify.advice", "identify.effects", "identify.fit", "identify.information", "identify.observe",
         "identify.sines",
