@@ -13,6 +13,7 @@ from identify.certainty import certainty, fitted_model
 from identify.curved import CurvedPlay
 from identify.curves import Bend, Form, bend_of, bending, in_form
 from identify.delay import total_delay
+from identify.early import sought
 from identify.effects import chain_of
 from identify.fit import Fit, fit
 from identify.holdout import counted, settling_s
@@ -26,7 +27,7 @@ from identify.nonparametric import Evidence, nonparametric
 from identify.normalised import peak_interval, scale_of, scaled_borders
 from identify.observe import Observation, pooled_rms
 from identify.response import harmonics_hz, played_hz, points
-from identify.search import Judge, searched, shortfall
+from identify.search import Judge, shortfall
 from identify.staircase import staircase
 from identify.start import stabilised, started
 from identify.stepping import settled
@@ -104,7 +105,7 @@ def fitted(
     chain = chain_of(model, intersample_of([o.trace for o in observations]))
     start = started(model, chain, observations, stairs)
     first = fit(start, observations, chain.values, model.fixed)
-    found = first if freedom is None else searched(model, Judge(observations, freedom), first, start)
+    found = first if freedom is None else sought(model, Judge(observations, freedom), first, start)
     return settled(found, observations, model.fixed)
 
 
