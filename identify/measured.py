@@ -213,7 +213,7 @@ def _why(what: str, sd: float) -> str:
     """Return why a gain or a phase has no number."""
     if sd < DIM:
         return f"the {what} hardly stands out of the noise: its standard deviation is {sd:.2g}"
-    return INSEPARABLE if what == "gain" else "the phase is tied to no other sine"
+    return INSEPARABLE if what == "gain" else "the phase hangs on that gain, or on a delay that nothing tells"
 
 
 def _moves(system: Equations, frequency_hz: float) -> bool:
