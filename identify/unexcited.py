@@ -25,6 +25,7 @@ from identify.visits import Range, Visits
 
 STAIRCASE = "protocols/fig13_staircase.yaml"
 KEPT = "nothing but the rig file's values"
+SIDE_OF = {"num": "numerator", "den": "denominator"}
 LEVELS = 2  # settled levels a border needs
 
 
@@ -187,6 +188,11 @@ def _unit(unit: str) -> str:
 
 
 def _label(name: str) -> str:
-    """Return what a parameter is called in a report: coefficients of a numerator in words, others by name."""
-    block, side, power = (*name.split("."), "", "")[:3]
-    return f"numerator of {block}, coefficient of {power.replace('s1', 's')}" if side == "num" else name
+    """Return what a parameter is called in a report: coefficients of the blocks in words, others by name."""
+    block, _, rest = name.partition(".")
+    side, _, power = rest.partition(".")
+    if side not in SIDE_OF:
+        return name
+    section, _, power = power.rpartition(".")
+    inside = f", {section.replace('section', 'section ')}" if section else ""
+    return f"{SIDE_OF[side]} of {block}{inside}, coefficient of {'s' if power == 's1' else power.replace('s', 's^')}"

@@ -205,6 +205,15 @@ def test_values_that_move_together_are_named_together(good):
     assert [set(members) for members in together(open_, ["F.S_L"])] == [{"F.S_L", "F.D_L"}]
 
 
+def test_a_zero_beside_a_pole_is_named_with_it_in_words():
+    """1 + 0.01 / (s + 5) of eq. (38a): the two all but cancel, and the walk cannot tell."""
+    model = replace(model_of(RC), g1=Rational((0.2, 10.02), (20e-3 * 0.2, 20e-3 * 10.0 + 0.2, 10.0)))
+    traces = played(RC, WALK)
+    told = said(identify(model, traces))
+    assert [what for what in told if "numerator of G1, coefficient of s" in what]
+    assert not [what for what in told if "G1.num" in what or "G1.den" in what]
+
+
 # --- what sines leave open -----------------------------------------------------------------------------------------
 
 
