@@ -141,6 +141,7 @@ class Identification:
             "not_identifiable": [item.to_dict() for item in self.not_identifiable],
             "warnings": list(self.warnings),
             "covariance": self.certainty.to_dict() if self.certainty else None,
+            "profiled": sorted(self.certainty.profiled) if self.certainty else [],
             "advice": [item.to_dict() for item in self.advice],
             "steps": [step.to_dict() for step in self.steps],
         }  # fmt: skip

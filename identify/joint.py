@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from math import isclose
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -9,7 +10,7 @@ from threadpoolctl import threadpool_limits
 from identify.advice import advice, bench_of, misfit, unsettled
 from identify.bend import straight_values
 from identify.blocks import LinearBlock
-from identify.certainty import certainty, fitted_model
+from identify.certainty import Certainty, certainty, fitted_model, with_profiles
 from identify.curved import CurvedPlay
 from identify.curves import Bend, Form, bend_of, bending, in_form
 from identify.delay import total_delay
@@ -21,11 +22,13 @@ from identify.identifiability import unidentifiable
 from identify.identification import Identification, OwnPoints, StairPoint
 from identify.inflation import inflation
 from identify.information import information
+from identify.interval import Interval
 from identify.model import Model
 from identify.noise import Noise, noise_of
 from identify.nonparametric import Evidence, nonparametric
 from identify.normalised import peak_interval, scale_of, scaled_borders
 from identify.observe import Observation, pooled_rms
+from identify.profile import Fitted
 from identify.response import harmonics_hz, played_hz, points
 from identify.search import Judge, shortfall
 from identify.staircase import staircase
@@ -124,6 +127,7 @@ def _answer(
     blocks = {s.name: s for s in found.chain.stages if isinstance(s, LinearBlock)}
     frequencies = played_hz(observations, _corner_hz(model))
     harmonics = harmonics_hz(frequencies, observations)
+    sure = _certain(model, observations, found, wider)
     refitted = replace(fitted_model(found.chain, model), noise_v=noise.rms_v)
     told = information(found.chain, found.coordinates, observations)
     advised = advice(bench_of(refitted, straight_values(found.chain)), [o.trace for o in observations], told, stairs)
@@ -132,14 +136,27 @@ def _answer(
         fit_percent=100.0 * (1.0 - rms_v / spread_v) if spread_v > 0.0 else 0.0, borders=normalised, own_scale=own,
         g1=points(found, blocks["G1"], frequencies, wider, scale.v_p),
         g2=points(found, blocks["G2"], harmonics, wider, lambda chain: scale.g2_gain),
-        delay=total_delay(found, wider), bend=bend,
+        delay=_delay(found, sure, wider), bend=bend,
         staircase=stairs, not_identifiable=unidentifiable(model, refitted, found, observations, stairs, wider),
         own_points=_own_points(found, frequencies, harmonics, wider),
         measured=nonparametric(Evidence(refitted, found, told, wider), observations, scale),
-        certainty=certainty(model, found, wider),
+        certainty=sure,
         warnings=(*_shortcomings(found, observations, noise, rms_v), *(a.sentence for a in advised if not a.remark)),
         advice=advised, steps=told.steps(),
     )  # fmt: skip
+
+
+def _certain(model: Model, observations: tuple[Observation, ...], found: Fit, wider: float) -> Certainty:
+    """Return how sure every number of the model is; by profile where its curvature does not say it."""
+    centre = chain_of(model, intersample_of([o.trace for o in observations])).values
+    fitted = Fitted(found, observations, centre, model.fixed, wider)
+    return with_profiles(certainty(model, found, wider), model, fitted)
+
+
+def _delay(found: Fit, sure: Certainty, wider: float) -> Interval:
+    """Return the sum of all dead times; by profile where that is G2's alone and was taken."""
+    total, own = total_delay(found, wider), sure.profiled.get("G2.dead_time")
+    return own if own is not None and isclose(own.value, total.value) else total
 
 
 def _own_points(

@@ -77,3 +77,11 @@ class Model:
     noise_v: float | None = None
     fixed: tuple[str, ...] = ()
     physics: tuple[Physics, ...] = field(default=())
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """How sure the values of a model are: the covariance of ``names`` (identify.coefficients), SI units."""
+
+    names: tuple[str, ...]
+    matrix: tuple[tuple[float, ...], ...]

@@ -244,11 +244,12 @@ def explain(
 @command("simulate", "rig simulate run.h5 --rig answer.json --out answer.csv", "rig simulate run.h5 --rig my_rig.yaml")
 @click.argument("run_file", metavar="RUN.h5")
 @click.option("--rig", metavar="FILE", help="A rig file or the JSON of an answer; else the rig kept in the recording.")
-@click.option("--out", metavar="F.csv", help="Write time, u, recorded and simulated y.")
+@click.option("--out", metavar="F.csv", help="Write time, u, recorded and simulated y, and its band.")
 def simulate(run_file: str, rig: str | None, out: str | None) -> None:
     """Play a model on a recorded input.
 
-    The model starts from rest; its answer is held against the recorded one.
+    The model starts from rest; its answer is held against the recorded one. The JSON of rig identify says how sure its
+    values are: the answer then comes with its 95 % band, which is the model's and leaves out the noise of a reading.
     """
     from rig import narration, workflow
     from rig.outputs import write_text

@@ -112,6 +112,10 @@ def simulated(played: "Simulated") -> Iterator[str]:
     off, span = rms((y - played.answer)[good]), rms((y - y.mean())[good])
     yield f"{played.trace.name}: {played.model.title} from rest, {played.trace.size} samples"
     yield f"  recording minus model {shown(off, 'V')} rms; y varies by {shown(span, 'V')} rms"
+    if played.half_band is not None:
+        half, most = rms(played.half_band), float(played.half_band.max())
+        widths = f"{shown(half, 'V', 3)} rms, {shown(most, 'V', 3)} at most"
+        yield f"  95 % band of the model, the noise of a reading left out: ± {widths}"
 
 
 def identified(found: "Identification") -> Iterator[str]:

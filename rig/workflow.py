@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from identify.trace import Array, Trace
+from rig.doubt import doubt_of
 from rig.errors import FileError, MisfitError, UsageError
 from rig.outputs import json_text
 from rig.provenance import software
@@ -37,15 +38,21 @@ class Runs:
     traces: tuple[Trace, ...]
     held_out: tuple[Trace, ...]
     model: "Model"
+    rig: RigFile | None = None
 
 
 @dataclass(frozen=True)
 class Simulated:
-    """A recording and a model's answer to its input, V."""
+    """A recording and a model's answer to its input, V.
+
+    ``half_band`` is half the width of the answer's 95 % band, V: the doubt of the model's values, not the noise of a
+    reading; None for a model of which no doubt is known.
+    """
 
     trace: Trace
     model: "Model"
     answer: Array
+    half_band: Array | None = None
 
 
 def load(paths: Sequence[str | Path], rig: str | Path | None = None, hold_out: Sequence[str | Path] = ()) -> Runs:
@@ -60,7 +67,7 @@ def load(paths: Sequence[str | Path], rig: str | Path | None = None, hold_out: S
     recordings = {path: read(path) for path in (*kept, *held)}
     found = _rig(recordings, rig)
     traces = _named_apart([recording.trace() for recording in recordings.values()])
-    return Runs(tuple(traces[: len(kept)]), tuple(traces[len(kept) :]), found.model)
+    return Runs(tuple(traces[: len(kept)]), tuple(traces[len(kept) :]), found.model, found)
 
 
 def identify_runs(
@@ -112,23 +119,30 @@ def explanation_html(told: "Explanation", found: "Identification | None" = None)
 
 def simulate(path: str | Path, rig: str | Path | None = None) -> Simulated:
     """Return a model's answer, from rest, to the input of a recording; raise FileError."""
+    from identify.band import half_band
     from identify.chain import simulate as answer
+    from identify.coefficients import coefficients
     from identify.effects import chain_of
     from identify.simulate import SUBSTEPS
 
     runs = load([path], rig)
     trace = runs.traces[0]
+    doubt = doubt_of(runs.rig, tuple(coefficients(runs.model))) if runs.rig else None
     with _unusable(runs):
-        return Simulated(trace, runs.model, answer(chain_of(runs.model, trace.intersample), trace, SUBSTEPS))
+        half = half_band(runs.model, doubt, trace, SUBSTEPS) if doubt else None
+        return Simulated(trace, runs.model, answer(chain_of(runs.model, trace.intersample), trace, SUBSTEPS), half)
 
 
 def simulated_csv(played: Simulated) -> str:
-    """Return a simulation as a table: time in s; u, recorded and simulated y in V."""
+    """Return a simulation as a table: time in s; u, recorded and simulated y, and the ends of its 95 % band in V."""
     trace = played.trace
     time = trace.start_s + np.arange(trace.size) / trace.rate_hz
     table = io.StringIO()
-    columns = np.column_stack((time, trace.u, trace.y, played.answer))
-    np.savetxt(table, columns, delimiter=",", header="time_s,u_V,y_V,simulated_V", comments="", fmt="%.9g")
+    columns, header = [time, trace.u[:], trace.y[:], played.answer], "time_s,u_V,y_V,simulated_V"
+    if played.half_band is not None:
+        columns += [played.answer - played.half_band, played.answer + played.half_band]
+        header += ",low95_V,high95_V"
+    np.savetxt(table, np.column_stack(columns), delimiter=",", header=header, comments="", fmt="%.9g")
     return table.getvalue()
 
 

@@ -20,7 +20,7 @@ PLAIN_DATA = {"identify.trace", "identify.model", "identify.interval", "identify
 SEES_BOTH = {  # who may import more of identify than its plain data, and what
     "rig.workflow": {
         "identify.joint", "identify.explain", "identify.report", "identify.chain", "identify.effects",
-        "identify.simulate",
+        "identify.simulate", "identify.band", "identify.coefficients",
     },
     "rig.design": {
         "identify.candidates", "identify.design", "identify.fig13", "identify.sampling",

@@ -79,6 +79,16 @@ def identified(folder: Path, recording: Path, answer: dict[str, Any]) -> dict[st
     return dict(json.loads(ended.out))
 
 
+def test_an_identified_model_answers_with_a_band(folder: Path, held_out: Path, identified: dict[str, Any]) -> None:
+    (folder / "identified.json").write_text(json.dumps(identified), encoding="utf-8")
+    played = rig("simulate", held_out, "--rig", "identified.json", "--out", "band.csv", cwd=folder)
+    assert played.code == 0, played
+    assert "95 % band of the model" in played.out
+    rows = [row.split(",") for row in (folder / "band.csv").read_text(encoding="utf-8").splitlines()]
+    assert rows[0] == ["time_s", "u_V", "y_V", "simulated_V", "low95_V", "high95_V"]
+    assert all(float(low) <= float(answer) <= float(high) for _, _, _, answer, low, high in rows[1:])
+
+
 def test_identify_gives_json_alone_on_stdout(folder: Path, identified: dict[str, Any]) -> None:
     assert identified["schema"] == "rig.identify/1"
     assert identified["backlash"]["S_L"]["value"] == pytest.approx(8.0, rel=0.01)

@@ -9,6 +9,7 @@ from scipy.stats import binom
 
 from identify.chain import Chain, plain_chain
 from identify.fit import fit
+from identify.joint import identify
 from identify.model import LinearF, Model, Rational
 from identify.observe import Observation
 from identify.profile import Fitted, profile
@@ -84,3 +85,13 @@ def test_a_delay_that_may_be_none_is_bounded_on_one_side_and_covered():
         assert np.isfinite(found.high)
     assert open_ended >= REALISATIONS // 2
     assert inside >= binom.ppf(0.005, REALISATIONS, 0.95)
+
+
+def test_an_answer_tells_a_doubtful_number_by_its_profile():
+    noise_v = 0.05
+    y = answer(0.05, 0.001) + np.random.default_rng(5).normal(0.0, noise_v, STEP.size)
+    found = identify(replace(DELAY, noise_v=noise_v), [Trace("step", RATE_HZ, STEP, y)])
+    told = found.to_dict()
+    assert told["profiled"] == ["G2.dead_time"]
+    assert told["delay_s"]["ci95"][0] == 0.0
+    assert found.delay.value < found.delay.high < 0.02
