@@ -138,9 +138,8 @@ def _answer(
         g2=points(found, blocks["G2"], harmonics, wider, lambda chain: scale.g2_gain),
         delay=_delay(found, sure, wider), bend=bend,
         staircase=stairs, not_identifiable=unidentifiable(model, refitted, found, observations, stairs, wider),
-        own_points=_own_points(found, frequencies, harmonics, wider),
+        own_points=_own_points(found, frequencies, harmonics, wider), certainty=sure,
         measured=nonparametric(Evidence(refitted, found, told, wider), observations, scale),
-        certainty=sure,
         warnings=(*_shortcomings(found, observations, noise, rms_v), *(a.sentence for a in advised if not a.remark)),
         advice=advised, steps=told.steps(),
     )  # fmt: skip
