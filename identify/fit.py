@@ -23,6 +23,7 @@ from identify.trace import Array
 WIDE = 3.0  # sd of the prior on a free log coordinate: a factor of 20
 WIDE_LINEAR = 10.0  # sd of the prior on a linear coordinate, in units of its scale
 PULL_STEP = 1e-4  # of the differences of a pull's law, in search coordinates
+HALVED = -0.5  # relative step by which a value searched in its log may fall at once
 RADIUS = 0.5  # first half width of the trust box, in search coordinates
 ROUNDING = 1e-14  # relative curvature that is nothing but rounding
 NEGLIGIBLE = 1e-4  # an expected gain in cost that no test could see ends the search
@@ -83,7 +84,10 @@ class Pull:
 
 @dataclass(frozen=True)
 class Fit:
-    """A fitted chain: its cost (chi-squared plus prior), and the covariance of its searched coordinates."""
+    """A fitted chain: its cost (chi-squared plus prior), and the covariance of its searched coordinates.
+
+    ``beyond`` is by how much the cost would fall further, to second order, if no value had bounds.
+    """
 
     chain: Chain
     coordinates: tuple[Coordinate, ...]
@@ -92,6 +96,7 @@ class Fit:
     covariance: NDArray[np.float64]
     converged: bool
     sentence: str
+    beyond: float = 0.0
 
     def sd(self, name: str) -> float:
         """Return the standard deviation of a value, in its unit; 0 when it was not searched."""
@@ -177,6 +182,19 @@ class _Problem:
         """Return the bound of every coordinate."""
         return np.array([c.bound for c in self.coordinates])
 
+    def moved(self, theta: Array, step: Array) -> Array:
+        """Return search coordinates a step further: values themselves move straight, also those searched in their log.
+
+        A small time constant acts in proportion to itself, and several in proportion to their sum.
+        """
+        straight = np.log1p(np.maximum(step, HALVED))
+        return np.asarray(np.clip(theta + np.where(self.in_log, straight, step), -self.bound, self.bound))
+
+    @cached_property
+    def in_log(self) -> NDArray[np.bool_]:
+        """Return which values are searched in their log."""
+        return np.array([c.parameter.coordinate == "log" for c in self.coordinates], dtype=np.bool_)
+
     def cost(self, theta: Array) -> float:
         """Return chi-squared plus prior; infinity where the chain cannot be simulated."""
         total = float(np.sum(np.square(theta / self.prior_sd)))
@@ -231,13 +249,16 @@ def _search(problem: _Problem, theta: Array, iterations: int) -> Fit:
         if expected < NEGLIGIBLE or radius < 1e-9:
             converged, sentence = True, "converged"
             break
-        trial = problem.cost(theta + step)
+        there = problem.moved(theta, step)
+        trial = problem.cost(there)
         gain = (cost - trial) / expected
         radius = radius * 3.0 if gain > 0.75 else radius if gain > 0.25 else 0.25 * float(np.max(np.abs(step)))
         if gain > 0.0:
-            theta, cost = theta + step, trial
+            theta, cost = there, trial
             matrix, right = problem.normal(theta)
-    return Fit(problem.at(theta), problem.coordinates, theta, cost, inverse(matrix), converged, sentence)
+    covariance = inverse(matrix)
+    beyond = float(right @ covariance @ right)
+    return Fit(problem.at(theta), problem.coordinates, theta, cost, covariance, converged, sentence, beyond)
 
 
 def boxed_step(matrix: NDArray[np.float64], right: Array, low: Array, high: Array) -> Array:

@@ -108,8 +108,9 @@ def fitted(
     chain = chain_of(model, intersample_of([o.trace for o in observations]))
     start = started(model, chain, observations, stairs)
     first = fit(start, observations, chain.values, model.fixed)
-    found = first if freedom is None else sought(model, Judge(observations, freedom), first, start)
-    return settled(found, observations, model.fixed)
+    seen, found = settled(first, observations, model.fixed)
+    better = found if freedom is None else sought(model, Judge(seen, freedom), found, start)
+    return (seen, found) if better is found else settled(better, seen, model.fixed)
 
 
 def _answer(

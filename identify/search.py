@@ -22,6 +22,7 @@ from identify.thinning import thinned
 
 SURE = 5.0  # standard deviations by which the residual must exceed the noise before it counts as above it
 AT_BOUND = 0.01  # distance to a bound, relative to it, at which a value counts as sitting on it
+PRESSED = 4.0  # fall of chi-squared to expect behind the bounds, below which chance presses a value against them
 PATIENCE = 100  # iterations of a fit whose start is not trusted
 CLEARLY = 0.5  # share of chi-squared below which another minimum is preferred although it does not reach the noise
 DRAWS = 150  # rigs tried in a round
@@ -51,8 +52,9 @@ class Judge:
         return self.excess(fitted) <= SURE
 
     def settled(self, fitted: Fit) -> bool:
-        """Return whether a fit reached a minimum at the noise, inside its bounds."""
-        return fitted.converged and self.at_noise(fitted) and not on_bound(fitted)
+        """Return whether a fit reached a minimum at the noise; a bound counts when the data press against it."""
+        pressed = bool(on_bound(fitted)) and fitted.beyond > PRESSED
+        return fitted.converged and self.at_noise(fitted) and not pressed
 
     def preferred(self, one: Fit, other: Fit) -> Fit:
         """Return the better fit; ``other`` has to reach the noise, or to leave half as much."""

@@ -17,7 +17,7 @@ from identify.observe import FINEST, LARGEST, SEEN, Observation
 from identify.trace import Array
 
 ROUNDS = 3  # of measuring what is left out and fitting again, at most
-STAYED = 1.0  # how far a fit may move, in standard deviations, for what was left out to be still the same
+STAYED = 1.0  # how far a fit may move for what was left out to stay, in sd of its residual
 ITERATIONS = 100  # of a fit in a round
 
 
@@ -33,7 +33,7 @@ def settled(
         observations = bare  # what was left out before is let go
         observations = tuple(corrected(o, found.chain) for o in bare)
         before, found = found, fit(found.chain, observations, centre, fixed, ITERATIONS)
-        if found.distance(before) < STAYED:
+        if found.distance(before) < STAYED * sqrt(max(found.cost / max(sum(o.count for o in bare), 1), 1.0)):
             break
     return observations, found
 

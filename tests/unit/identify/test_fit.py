@@ -10,8 +10,9 @@ from scipy.stats import binom, chi2
 from identify import chain as chain_module
 from identify.chain import local_name, plain_chain
 from identify.effects import chain_of
-from identify.fit import Coordinate, boxed_step, chi_squared, coordinates_of, fit, inverse, is_fixed
+from identify.fit import Coordinate, _Problem, boxed_step, chi_squared, coordinates_of, fit, inverse, is_fixed
 from identify.model import Backlash, LinearF, Model, Physics, Rational
+from identify.search import on_bound
 from identify.stage import Parameter
 from identify.trace import Trace
 from tests.proof.cases import Concealed
@@ -298,3 +299,25 @@ def test_a_boxed_step_is_what_a_general_minimiser_finds():
         options={"ftol": 1e-15, "gtol": 1e-12},
     )  # fmt: skip
     assert np.allclose(boxed_step(matrix, right, low, high), found.x * scale, rtol=0, atol=1e-5)
+
+
+def test_a_value_searched_in_its_log_moves_straight_and_stays_positive():
+    """Poles far above all that is played act through the sum of their time constants: a straight valley."""
+    chain = plain_chain(model_of(OP_AMP))
+    coordinates = coordinates_of(chain, chain.values, ["run"])
+    problem = _Problem(chain, (), coordinates)
+    step = np.array([0.25 if c.parameter.coordinate == "log" else 0.1 for c in coordinates])
+    before, after = chain.values, problem.at(problem.moved(np.zeros(step.size), step)).values
+    for c, s in zip(coordinates, step, strict=True):
+        assert after[c.name] == pytest.approx(before[c.name] + s * c.slope(0.0), rel=1e-12)
+    down = problem.at(problem.moved(np.zeros(step.size), np.full(step.size, -30.0))).values
+    in_log = [c.name for c in coordinates if c.parameter.coordinate == "log"]
+    assert [down[name] for name in in_log] == pytest.approx([0.5 * before[name] for name in in_log])
+
+
+def test_what_lies_behind_a_bound_is_told(rc):
+    near = plain_chain(model_of(RC)).with_values({"G2.den.s1": TRUE_RC["G2.den.s1"] * 3.3})
+    pressed = fit(near, observations(rc), fixed=("G1", "F"))
+    assert on_bound(pressed) == ("G2.den.s1",)
+    assert pressed.beyond > 100.0
+    assert fit(plain_chain(model_of(RC)), observations(rc)).beyond < 1e-3
