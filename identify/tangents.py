@@ -102,8 +102,9 @@ def _parts(chain: Chain, scales: Scales) -> tuple[Source, LinearBlock, Play | Ga
         case (Source() as source, LinearBlock() as g1, Play() | Gain() as f, LinearBlock() as g2):
             small = all(len(block.start.den) - 1 <= MOST_STATES for block in (g1, g2))
             known = {p.name for p in chain.parameters()}
+            plain = type(f) in (Play, Gain)  # a leaking play is a play with values of its own
             steep = isinstance(f, Gain) or chain.values[f.parameters()[2].name] != 0.0
-            return (source, g1, f, g2) if small and steep and known >= set(scales) else None
+            return (source, g1, f, g2) if small and plain and steep and known >= set(scales) else None
         case _:
             return None
 

@@ -143,10 +143,10 @@ def _poles(fit: Fit, name: str, observations: Sequence[Observation], still: bool
     """Return the poles of a block whose place these recordings do not tell."""
     sizes = propagated(fit, lambda chain: np.sort(np.log(np.abs(np.roots(rational_of(chain, name).den)))))
     untold = sorted({float(f"{np.exp(v):.6g}") for v, sd in zip(sizes.value, sizes.sd, strict=True) if sd > NEEDED_LOG})
-    return [_pole(name, per_s, observations, still) for per_s in untold]
+    return [_pole(fit, name, per_s, observations, still) for per_s in untold]
 
 
-def _pole(name: str, per_s: float, observations: Sequence[Observation], still: bool) -> Unidentifiable:
+def _pole(fit: Fit, name: str, per_s: float, observations: Sequence[Observation], still: bool) -> Unidentifiable:
     """Return why one pole is not told, and what would tell it."""
     hz, tau_s = per_s / (2.0 * pi), 1.0 / per_s
     rate_hz = max(o.trace.rate_hz for o in observations)
@@ -159,9 +159,17 @@ def _pole(name: str, per_s: float, observations: Sequence[Observation], still: b
         would = f"one level held for {shown(4.0 * tau_s, 's', 2)}"
     else:
         why = "F never moved" if still else "nothing that was played reaches it through the noise"
-        would = f"sines near {shown(hz, 'Hz', 2)}, with the gap moving, as in protocols/sine_ladder.yaml"
+        would = f"sines near {shown(hz, 'Hz', 2)}{_freeing(fit, hz)}, as in protocols/sine_ladder.yaml,"
     return Unidentifiable(
         f"pole of {name} near {shown(hz, 'Hz', 3)}", why, f"{KEPT}; {would} would tell it")
+
+
+def _freeing(fit: Fit, frequency_hz: float) -> str:
+    """Return from which amplitude on a sine moves F, in words; nothing for a rig without straight borders."""
+    if "F.D_L" not in fit.chain.values:
+        return ""
+    reach = float(abs(at(rational_of(fit.chain, "G1"), frequency_hz)))
+    return f" above {shown(threshold_v(_borders(fit)) / reach, 'V', 2)}, where the gap moves"
 
 
 def _others(fit: Fit, names: set[str]) -> list[Unidentifiable]:

@@ -62,7 +62,7 @@ def _visited(chain: Chain, observation: Observation, found: Visits) -> Visits:
         raise ValueError("a rig without backlash has no borders to visit")
     grid = grid_of(observation.trace, observation.substeps)
     last = chain.stages.index(play)
-    s_l, d_l, s_u, d_u = chain.of(play, grid.run)
+    s_l, d_l, s_u, d_u = chain.of(play, grid.run)[:4]  # a leak adds values of its own
     runs = chain.begin(grid)[: last + 1]
     for piece in observation.pieces():
         v = piece.entering

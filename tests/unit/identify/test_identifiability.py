@@ -129,7 +129,7 @@ def test_a_gap_that_is_never_crossed_leaves_the_borders_open_and_says_which_ampl
     for name in BORDERS:
         interval = found.borders[name]
         assert interval.high - interval.low > 4.0 * abs(interval.value)
-    assert [what for what in said(found) if what.startswith("pole of G1")]
+    assert "sines near 8 Hz above 1.8 V" in starting(found, "pole of G1").fixed_by
     assert [what for what in said(found) if what.startswith("pole of G2")]
 
 
@@ -212,6 +212,15 @@ def test_a_zero_beside_a_pole_is_named_with_it_in_words():
     told = said(identify(model, traces))
     assert [what for what in told if "numerator of G1, coefficient of s" in what]
     assert not [what for what in told if "G1.num" in what or "G1.den" in what]
+
+
+def test_a_rig_with_physics_beyond_the_plain_model_is_told_of_too():
+    pieces = [Physics("plateau_droop", {"rate": 2.0}), Physics("feedthrough", {"k": 0.02})]
+    known = model_of(RC, [*pieces, Physics("saturation", {"upper": 500.0}, form="upper")])
+    concealed = (Concealed("leak", {"rate": 2.0}), Concealed("feedthrough", {"k": 0.02}))
+    told = said(answer(RC, WALK, model=known, physics=concealed))
+    assert set(told) >= ALWAYS
+    assert told["saturation.upper"].because == "no run excites it"
 
 
 # --- what sines leave open -----------------------------------------------------------------------------------------

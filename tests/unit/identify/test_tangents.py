@@ -131,3 +131,15 @@ def test_blocks_of_high_order_and_flat_borders_go_the_other_way():
     fifth = Rational((1.0,), tuple(np.poly([-900.0] * 5) / 900.0**5))
     assert tangents(chain_with(fifth, PLAY, block(1)), {"F.S_L": 1.0}, grid) is None
     assert tangents(chain_with(block(1), Backlash(1.0, 0.5, 0.0, -0.5), block(1)), {"F.S_L": 1.0}, grid) is None
+
+
+def test_a_leaking_play_is_not_taken_for_a_plain_one():
+    """It is a play too, with a value more: its derivatives are differences."""
+    model = Model("rig", block(1), PLAY, block(1), physics=(Physics("plateau_droop", {"rate": 2.0}),))
+    chain, seen = chain_of(model), observed()
+    sizes = own_sizes(chain)
+    assert tangents(chain, sizes, Grid("run", 1.0 / RATE_HZ)) is None
+    slopes = dict(zip(sizes, sensitivities(chain, sizes, seen).slopes(), strict=True))
+    for name in ("F.D_L", "plateau_droop.rate"):
+        expected = central(chain, name, sizes[name], seen)
+        assert np.abs(slopes[name] - expected).max() < 1e-2 * np.abs(expected).max()
