@@ -13,7 +13,7 @@ from identify.delay import delay_s
 from identify.directions import Mimic, likeness, mimics
 from identify.fit import Fit
 from identify.identification import Unidentifiable
-from identify.model import Model
+from identify.model import CurvedBacklash, Model
 from identify.natural_units import shown
 from identify.normalised import rational_of
 from identify.observe import Observation
@@ -34,7 +34,7 @@ def assumed(model: Model, fit: Fit, observations: Sequence[Observation]) -> list
         told.append(_offset_of_u(fit))
     if OFFSETS[1] in found or fit.chain.stage_of(Gain) is not None:
         told.append(_offset_of_y(fit, found.get(OFFSETS[1])))
-    return told + _of_shape(fit) + _exchange(fit)
+    return told + _of_shape(model, fit) + _exchange(fit)
 
 
 def _needed_v(fit: Fit) -> dict[str, float]:
@@ -108,21 +108,23 @@ def _words(names: Sequence[str]) -> str:
     return ", ".join(short) if short else "everything else"
 
 
-def _of_shape(fit: Fit) -> list[Unidentifiable]:
+def _of_shape(model: Model, fit: Fit) -> list[Unidentifiable]:
     """Return what the shape of bent borders leaves open."""
     stage = fit.chain.stage_of(CurvedPlay)
     if stage is None:
         return []
-    ends = [
-        f"the {name} border outside {points[0][0]:.4g} to {points[-1][0]:.4g} V"
-        for name, points in zip(SIDES.values(), (stage.start.loading, stage.start.unloading), strict=True)
-    ]
+    borders = zip(SIDES.values(), (stage.start.loading, stage.start.unloading), strict=True)
+    ends = [f"the {name} border outside {points[0][0]:.4g} to {points[-1][0]:.4g} V" for name, points in borders]
+    given = (*model.f.loading, *model.f.unloading) if isinstance(model.f, CurvedBacklash) else ()
+    kept = {v for v, _ in (*stage.start.loading, *stage.start.unloading)}
+    dropped = ", ".join(f"{v:.4g}" for v, _ in given if v not in kept)
+    because = f"no run rides a border at the rig file's points at v = {dropped} V" if dropped else "no knot lies there"
     return [
         Unidentifiable(
             "bent borders against a rising law right behind F", "such a law after F is F with bent borders, exactly",
             "all of the bend given to the borders",
         ),
-        Unidentifiable(" and ".join(ends), "no knot lies there", "each goes on straight"),
+        Unidentifiable(" and ".join(ends), because, "each goes on straight"),
     ]
 
 

@@ -7,7 +7,7 @@ is believed at all is a matter of Schwarz's criterion, which hardly ever takes a
 repeats of the stimulus that are kept back have their say beside it.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import log
 
@@ -15,19 +15,18 @@ import numpy as np
 
 from identify.blocks import Play
 from identify.border import Border, of_points
-from identify.chain import Chain, advance, grid_of
+from identify.chain import Chain
 from identify.curved import SIDES, CurvedPlay
 from identify.fit import Fit, chi_squared, fit
 from identify.inflation import inflation
 from identify.model import CurvedBacklash, Points
 from identify.observe import Observation
-from identify.stage import Place
 from identify.trace import Array
+from identify.visits import visits
 
 COUNTS = (3, 4, 5, 6, 8, 10, 12, 15, 18)  # knots of a border, tried in this order
 ALONG = 60  # places along a border for its nearest straight line
 PATIENCE = 2  # orders without a better criterion that end the search
-ON = 1e-9  # distance from a border, relative to the range of w, that counts as on it
 
 Ranges = Mapping[str, tuple[float, float]]
 
@@ -63,35 +62,13 @@ class Orders:
 
 
 def ridden(chain: Chain, observations: Sequence[Observation]) -> Ranges:
-    """Return for each border, L and U, the stretch of v in V on which w rode it.
-
-    Raises ValueError when one was never met, or when F is no plain backlash.
-    """
-    _straight_play(chain)
-    found = {side: [np.inf, -np.inf] for side in SIDES}
-    for observation in observations:
-        for v, w in _taps(chain, observation):
-            near = ON * max(float(np.max(np.abs(w))), 1e-6)
-            for side, line in zip(SIDES, _lines(chain), strict=True):
-                on = v[np.abs(w - line[0] * (v - line[1])) <= near]
-                if on.size:
-                    low, high = found[side]
-                    found[side] = [min(low, float(np.min(on))), max(high, float(np.max(on)))]
-    for side, (low, high) in found.items():
-        if not low < high:
+    """Return for each border, L and U, the stretch of v in V on which w rode it; ValueError when one was never met."""
+    where = visits(chain, observations)
+    found = dict(zip(SIDES, (where.loading, where.unloading), strict=True))
+    for side, stretch in found.items():
+        if not stretch.low < stretch.high:
             raise ValueError(f"no run rides the {SIDES[side]} border, so its shape cannot be told")
-    return {side: (low, high) for side, (low, high) in found.items()}
-
-
-def _taps(chain: Chain, observation: Observation) -> Iterator[tuple[Array, Array]]:
-    """Yield v and w, chunk by chunk; physics of F behind the play itself is left out."""
-    runs = chain.begin(grid_of(observation.trace, observation.substeps))
-    before = chain.index(Place.G1)
-    for piece in observation.pieces():
-        block = piece.entering
-        for stage in runs[:before]:
-            block = advance(stage, block)
-        yield block.signal, runs[before](block)
+    return {side: (stretch.low, stretch.high) for side, stretch in found.items()}
 
 
 def _lines(chain: Chain) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -119,7 +96,7 @@ def _straight_play(chain: Chain) -> Play:
     return play
 
 
-def with_curves(chain: Chain, old: Play, stage: CurvedPlay) -> Chain:
+def with_curves(chain: Chain, old: Play | CurvedPlay, stage: CurvedPlay) -> Chain:
     """Return a chain with ``stage`` for its F, at the values it was made with; those of the old F are dropped."""
     gone = {p.name for p in old.parameters()}
     kept = Chain(chain.stages, {k: v for k, v in chain.values.items() if k not in gone}, chain.added)
@@ -156,6 +133,7 @@ def orders(
 
     Raises ValueError where there is no plain backlash to bend or a border was never ridden.
     """
+    _straight_play(straight.chain)
     ranges = ridden(straight.chain, observations)
     fits = {2: straight}
     for count in COUNTS if knots is None else (knots,):

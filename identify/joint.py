@@ -29,6 +29,7 @@ from identify.nonparametric import Evidence, nonparametric
 from identify.normalised import peak_interval, scale_of, scaled_borders
 from identify.observe import Observation, pooled_rms
 from identify.profile import Fitted
+from identify.reach import within_reach
 from identify.response import harmonics_hz, played_hz, points
 from identify.search import Judge, shortfall
 from identify.staircase import staircase
@@ -107,10 +108,12 @@ def fitted(
     """
     chain = chain_of(model, intersample_of([o.trace for o in observations]))
     start = started(model, chain, observations, stairs)
-    first = fit(start, observations, chain.values, model.fixed)
+    first = within_reach(fit(start, observations, chain.values, model.fixed), observations, model.fixed)
     seen, found = settled(first, observations, model.fixed)
     better = found if freedom is None else sought(model, Judge(seen, freedom), found, start)
-    return (seen, found) if better is found else settled(better, seen, model.fixed)
+    if better is found:
+        return seen, found
+    return settled(within_reach(better, seen, model.fixed), seen, model.fixed)
 
 
 def _answer(

@@ -1,13 +1,15 @@
 """Where has F been: how far did v swing, and over which stretch of each border did it move?"""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from identify.blocks import Play
 from identify.chain import Chain, advance, grid_of
+from identify.curved import CurvedPlay
 from identify.observe import Observation
+from identify.stage import Place
 from identify.trace import Array
 
 TOUCH = 1e-9  # distance from a border, relative to the span of w, that is nothing but rounding
@@ -55,15 +57,23 @@ def visits(chain: Chain, observations: Sequence[Observation]) -> Visits:
     return found
 
 
-def _visited(chain: Chain, observation: Observation, found: Visits) -> Visits:
-    """Return the visits widened by one run, walked chunk by chunk."""
-    play = chain.stage_of(Play)
+def _borders(chain: Chain) -> tuple[Callable[[Array], Array], Callable[[Array], Array]]:
+    """Return w on the loading and on the unloading border, V, by v; ValueError for a chain without a play."""
+    play, curved = chain.stage_of(Play), chain.stage_of(CurvedPlay)
+    if curved is not None:
+        low, high = curved.borders(chain.of(curved, ""))
+        return low.at, high.at
     if play is None:
         raise ValueError("a rig without backlash has no borders to visit")
+    s_l, d_l, s_u, d_u = chain.of(play, "")[:4]  # a leak adds values of its own
+    return lambda v: s_l * (v - d_l), lambda v: s_u * (v - d_u)
+
+
+def _visited(chain: Chain, observation: Observation, found: Visits) -> Visits:
+    """Return the visits widened by one run, walked chunk by chunk."""
     grid = grid_of(observation.trace, observation.substeps)
-    last = chain.stages.index(play)
-    s_l, d_l, s_u, d_u = chain.of(play, grid.run)[:4]  # a leak adds values of its own
-    runs = chain.begin(grid)[: last + 1]
+    loading, unloading = _borders(chain)
+    runs = chain.begin(grid)[: chain.index(Place.G1) + 1]
     for piece in observation.pieces():
         v = piece.entering
         for stage in runs[:-1]:
@@ -72,7 +82,7 @@ def _visited(chain: Chain, observation: Observation, found: Visits) -> Visits:
         near = TOUCH * max(float(np.max(np.abs(w))), 1e-3)
         found = Visits(
             found.v.with_values(v.signal), found.w.with_values(w),
-            found.loading.with_values(v.signal[w <= s_l * (v.signal - d_l) + near]),
-            found.unloading.with_values(v.signal[w >= s_u * (v.signal - d_u) - near]),
+            found.loading.with_values(v.signal[w <= loading(v.signal) + near]),
+            found.unloading.with_values(v.signal[w >= unloading(v.signal) - near]),
         )  # fmt: skip
     return found
