@@ -251,6 +251,11 @@ def test_three_times_the_frequency_is_said_to_separate_them():
     assert set(said(thirds)) == ALWAYS
 
 
+def test_one_frequency_at_one_amplitude_separates_them_where_the_slopes_differ():
+    assert [what for what in said(answer(RC, WALK, FULL)) if what.startswith("|G1| against |G2|")]
+    assert not [what for what in said(answer(SKEWED, WALK, FULL)) if what.startswith("|G1| against |G2|")]
+
+
 def test_a_plan_is_asked_without_recordings():
     tones = tones_of(Trace("plan", FULL.rate_hz, FULL.u, np.zeros(FULL.u.size)), NOISE_V)
     assert [item.what for item in untold_by_sines(model_of(RC), tones)] == ["|G1| against |G2| at 10 Hz"]
