@@ -112,7 +112,11 @@ def separability(
     """
     if not isinstance(model.f, Backlash):
         raise ValueError("harmonics are known for a backlash with straight borders only")
-    lines = [_Lines.of(model, tone) for tone in tones]
+    return _separated([_Lines.of(model, tone) for tone in tones], mean, delay_known)
+
+
+def _separated(lines: Sequence["_Lines"], mean: bool = True, delay_known: bool = True) -> Separability:
+    """Return what the lines of some sines tell."""
     moving = [line for line in lines if line.moves]
     points = _points(moving)
     rows = [row for line in moving for row in line.rows(points, mean)]
@@ -202,15 +206,18 @@ def freed_above_v(model: Model, frequency_hz: float) -> float:
     return threshold_v(model.f) / float(abs(at(model.g1, frequency_hz)))
 
 
-def second_amplitude(model: Model, tones: Sequence[Tone], frequency_hz: float, largest_v: float) -> Tone | None:
-    """Return the sine at ``frequency_hz``, up to ``largest_v``, that tells |G1| there best beside ``tones``.
+def second_amplitude(
+    model: Model, tones: Sequence[Tone], frequency_hz: float, largest_v: float
+) -> tuple[Tone, float] | None:
+    """Return the sine at ``frequency_hz``, up to ``largest_v``, that tells |G1| best beside ``tones``, and its sd then.
 
     None when none of the amplitudes tried tells it to what is needed.
     """
+    lines = [_Lines.of(model, tone) for tone in tones]
     played = max((t for t in tones if _same(t.frequency_hz, frequency_hz)), key=lambda t: t.amplitude_v)
     least_v = freed_above_v(model, frequency_hz)
     within = [float(u) for u in np.linspace(1.1 * least_v, largest_v, 6) if least_v < u <= largest_v]
     tried = [replace(played, amplitude_v=u) for u in within]
-    told = [(separability(model, (*tones, tone)).sd_of("G1", frequency_hz, "gain"), tone) for tone in tried]
-    best_sd, best = min(told, key=lambda pair: pair[0], default=(float("inf"), None))
-    return best if best_sd <= NEEDED else None
+    told = [(t, _separated([*lines, _Lines.of(model, t)]).sd_of("G1", frequency_hz, "gain")) for t in tried]
+    best = min(told, key=lambda pair: pair[1], default=None)
+    return best if best is not None and best[1] <= NEEDED else None

@@ -85,9 +85,9 @@ def _second(model: Model, tones: Sequence[Tone], untold: Sequence[float], larges
     """Return the second amplitudes that would tell, with what they would tell."""
     proposed = []
     for hz in untold[:MOST]:
-        more = second_amplitude(model, tones, hz, largest_v)
-        if more is not None:
-            sd = separability(model, (*tones, more)).sd_of("G1", hz, "gain")
+        found = second_amplitude(model, tones, hz, largest_v)
+        if found is not None:
+            more, sd = found
             proposed.append(f"{shown(hz, 'Hz')} also at {shown(more.amplitude_v, 'V', 3)} (|G1| to {_percent(sd)}"
                             " with the borders known)")
     if not proposed:

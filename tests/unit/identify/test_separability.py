@@ -172,8 +172,10 @@ def test_the_rig_of_section_7_needs_what_the_physics_says():
 
 def test_a_second_amplitude_is_proposed_that_does_separate():
     tones = [sine(1, 3.5), sine(2, 3.5)]
-    more = second_amplitude(EQUAL, tones, W1_HZ, 3.5)
-    assert more is not None
+    found = second_amplitude(EQUAL, tones, W1_HZ, 3.5)
+    assert found is not None
+    more, sd = found
+    assert sd == pytest.approx(separability(EQUAL, [*tones, more]).sd_of("G1", W1_HZ, "gain"))
     assert freed_above_v(EQUAL, W1_HZ) < more.amplitude_v < 3.5
     assert separability(EQUAL, [*tones, more]).untold("G1", "gain") == pytest.approx((2 * W1_HZ,))
 
