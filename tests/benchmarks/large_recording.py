@@ -40,13 +40,14 @@ SINES = ((10.0, 3.4), (31.25, 8.0))  # Hz, V
 TRUTH = toleranced(OP_AMP, seed=3, fraction=0.05)
 FOLDER = Path(__file__).parents[2]
 CHILD = """
-import sys
+import sys, time
 from rig.cli import main
 try:
     main()
 finally:
     with open("/proc/self/status") as file:
         print(*[line for line in file if line.startswith("VmHWM")], file=sys.stderr)
+    print("CPU:", time.process_time(), file=sys.stderr)
 """
 
 
@@ -134,6 +135,7 @@ class Measured:
     """What one identification in a process of its own took, and what it answered."""
 
     seconds: float
+    cpu_seconds: float
     peak_bytes: int
     answer: dict
 
@@ -146,8 +148,12 @@ def identified(path: Path) -> Measured:
     done = subprocess.run(command, capture_output=True, text=True, check=False, env=surroundings)
     if done.returncode:
         raise RuntimeError(done.stderr)
-    peak_kb = int(done.stderr.split("VmHWM:")[1].split()[0])
-    return Measured(time.perf_counter() - begun, 1024 * peak_kb, json.loads(answer.read_text()))
+    seconds, peak_kb, cpu = time.perf_counter() - begun, *(_told(done.stderr, key) for key in ("VmHWM:", "CPU:"))
+    return Measured(seconds, cpu, int(1024 * peak_kb), json.loads(answer.read_text()))
+
+
+def _told(text: str, key: str) -> float:
+    return float(text.split(key)[1].split(maxsplit=1)[0])
 
 
 def told(answer: dict) -> Iterator[str]:
@@ -161,13 +167,13 @@ def told(answer: dict) -> Iterator[str]:
 
 
 def main(sizes: list[str]) -> None:
-    print(f"{'samples':>10} {'time s':>8} {'peak MB':>8}")
+    print(f"{'samples':>10} {'time s':>8} {'CPU s':>8} {'peak MB':>8}")
     for samples in (int(float(size)) for size in sizes or ["1e6"]):
         with tempfile.TemporaryDirectory(dir=os.environ.get("LARGE_RECORDING_FOLDER")) as folder:
             path = Path(folder) / "large.h5"
             record(path, samples)
             found = identified(path)
-        print(f"{samples:10d} {found.seconds:8.1f} {found.peak_bytes / 1e6:8.0f}")
+        print(f"{samples:10d} {found.seconds:8.1f} {found.cpu_seconds:8.1f} {found.peak_bytes / 1e6:8.0f}")
         print(*told(found.answer), f"  {found.answer['fit']}", sep="\n", flush=True)
 
 

@@ -32,8 +32,8 @@ def test_every_sample_has_its_step_and_sines_are_whole_periods(tmp_path):
 def test_time_memory_and_answer_are_told(capsys):
     large_recording.main(["1e5"])
     head, row, *borders = capsys.readouterr().out.splitlines()
-    assert head.split() == ["samples", "time", "s", "peak", "MB"]
-    assert float(row.split()[2]) > 50.0
+    assert head.split() == ["samples", "time", "s", "CPU", "s", "peak", "MB"]
+    assert float(row.split()[3]) > 50.0
     off = [float(line.split()[-2]) for line in borders if "off by" in line]
     assert len(off) == 4
     assert max(map(abs, off)) < 4.0
