@@ -229,10 +229,10 @@ def chi_squared(chain: Chain, observation: Observation) -> float:
     """Return the sum of squared residuals in units of the noise; infinity where the chain cannot be simulated."""
     try:
         with np.errstate(over="ignore", invalid="ignore"):
-            total = sum(float(residual @ residual) for residual in observation.misfits(chain))
+            total = sum(float(residual @ residual) for residual in observation.whitened(chain))
     except (ValueError, ArithmeticError, LinAlgError):
         return float("inf")
-    return total / observation.noise_v**2
+    return total
 
 
 def _search(problem: _Problem, theta: Array, iterations: int) -> Fit:

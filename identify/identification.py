@@ -1,5 +1,6 @@
 """What is the answer to "which rig made these recordings"?"""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
@@ -134,10 +135,7 @@ class Identification:
             "delay_s": self.delay.to_dict(),
             "normalisation": {"V_p": own.v_p.to_dict(), "G2(0)": number(self.model.g2.dc_gain)} if own else None,
             "staircase": [point.to_dict() for point in self.staircase],
-            "fit": {
-                "rms_V": number(self.rms_v), "noise_rms_V": number(self.noise.rms_v), "noise_from": self.noise.origin,
-                "fit_percent": number(self.fit_percent), "converged": self.fit.converged, "sentence": self.fit.sentence,
-            },
+            "fit": self._fit(),
             "not_identifiable": [item.to_dict() for item in self.not_identifiable],
             "warnings": list(self.warnings),
             "covariance": self.certainty.to_dict() if self.certainty else None,
@@ -158,6 +156,14 @@ class Identification:
             "backlash": {**{k: v.to_dict() for k, v in self.borders.items()}, "unit": "V", **shape},
             "backlash_own_scale": {**{k: v.to_dict() for k, v in self.own_scale.items()}, **own_shape},
         }
+
+    def _fit(self) -> dict[str, object]:
+        """Return how well the model fits, and what the noise is."""
+        return {
+            "rms_V": number(self.rms_v), "noise_rms_V": number(self.noise.rms_v), "noise_from": self.noise.origin,
+            "noise_colour": _colours(self.observations), "fit_percent": number(self.fit_percent),
+            "converged": self.fit.converged, "sentence": self.fit.sentence,
+        }  # fmt: skip
 
     def _rational(self, name: str) -> dict[str, object]:
         """Return a block's coefficients in its own scale, with intervals where the fit gave them."""
@@ -181,3 +187,9 @@ class Identification:
 
 def _own_points(points: tuple[FrequencyPoint, ...] | None) -> dict[str, object]:
     return {} if points is None else {"points_own_scale": [point.to_dict() for point in points]}
+
+
+def _colours(observations: Sequence[Observation]) -> list[dict[str, object]] | None:
+    """Return the autoregression of the noise at every sample rate at which it is not white, None when there is none."""
+    found = {o.trace.rate_hz: o.colour.to_dict() for o in observations if o.colour.taps}
+    return [{"rate_hz": number(rate), **colour} for rate, colour in sorted(found.items())] or None

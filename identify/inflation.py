@@ -19,16 +19,16 @@ def inflation(chain: Chain, observations: Sequence[Observation], freedom: float 
     """Return a factor of at least one on standard deviations.
 
     The variance of the residual, and of its sums over stretches of several lengths, is compared with that of white
-    noise of the known size. It counts where it is larger than chance makes it: chance in the residual, and in the
-    noise's own size, known as well as ``freedom`` readings tell it. The largest of several scattering ratios is above
-    one for the best of models, and would widen every interval.
+    noise of the known size; coloured noise is made white first. It counts where it is larger than chance makes it:
+    chance in the residual, and in the noise's own size, known as well as ``freedom`` readings tell it. The largest of
+    several scattering ratios is above one for the best of models, and would widen every interval.
     """
     totals, counts = dict.fromkeys(LENGTHS, 0.0), dict.fromkeys(LENGTHS, 0)
     for observation in observations:
-        for residual in regrouped(observation.misfits(chain), TOGETHER):
+        for residual in regrouped(observation.whitened(chain), TOGETHER):
             for length in LENGTHS:
                 whole = residual[: residual.size // length * length].reshape(-1, length)
-                sums = whole.sum(axis=1) / observation.noise_v
+                sums = whole.sum(axis=1)
                 totals[length] += float(sums @ sums)
                 counts[length] += sums.size
     ratios = [_excess(totals[n] / n, counts[n], freedom) for n in LENGTHS if counts[n] >= ENOUGH or n == 1]

@@ -11,6 +11,7 @@ from identify.advice import advice, bench_of, misfit, unsettled
 from identify.bend import straight_values
 from identify.blocks import LinearBlock
 from identify.certainty import Certainty, certainty, fitted_model, with_profiles
+from identify.colour import WHITE, Grain, grains_of
 from identify.curved import CurvedPlay
 from identify.curves import Bend, Form, bend_of, bending, in_form
 from identify.delay import total_delay
@@ -91,10 +92,18 @@ def observed(model: Model, traces: Sequence[Trace]) -> tuple[tuple[Observation, 
     if not traces:
         raise ValueError("no recording was given")
     noise = noise_of(traces, settling_s(model), model.noise_v)
-    found = tuple(Observation(t, counted(t, model), noise.rms_v) for t in traces)
+    white, grains = Grain(noise.rms_v, WHITE), grains_of(traces, settling_s(model))
+    each = [(trace, grains.get(trace.rate_hz, white)) for trace in traces]
+    found = tuple(Observation(t, counted(t, model), grain.rms_v, colour=grain.colour) for t, grain in each)
     if not any(o.count for o in found):
         raise ValueError("no sample is left to look at: the recordings are shorter than the rig takes to settle")
-    return tuple(o for o in found if o.count), noise
+    return tuple(o for o in found if o.count), _pooled(noise, found)
+
+
+def _pooled(noise: Noise, observations: Sequence[Observation]) -> Noise:
+    """Return the noise with the rms of a reading over all observations."""
+    count = sum(o.count for o in observations)
+    return replace(noise, rms_v=float(np.sqrt(sum(o.count * o.noise_v**2 for o in observations) / count)))
 
 
 def fitted(

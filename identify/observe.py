@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from identify.between import source_of
 from identify.chain import CHUNK, Chain, answered, chunks, grid_of, running, simulate
+from identify.colour import WHITE, Colour, whitening
 from identify.stage import Block
 from identify.trace import Array, Mask, Samples, Trace, blocks, regrouped
 
@@ -42,7 +43,8 @@ class Observation:
     """One trace with ``use`` (N,) True where a residual counts, and the noise of one sample in V.
 
     ``left_out`` (N,) is what a fine grid adds to an answer on this one, in units of the noise, which half precision
-    holds well enough (identify.stepping); None for nothing.
+    holds well enough (identify.stepping); None for nothing. ``colour`` says how the noise of a sample hangs together
+    with that of those before.
     """
 
     trace: Trace
@@ -50,6 +52,7 @@ class Observation:
     noise_v: float
     substeps: int = 1
     left_out: NDArray[np.float16] | None = None
+    colour: Colour = WHITE
 
     @cached_property
     def source(self) -> Samples:
@@ -85,6 +88,13 @@ class Observation:
         """Yield the residual of the samples that count, V, chunk by chunk."""
         run = running(chain, grid_of(self.trace, self.substeps))
         return (piece.misfit(run(piece.entering)) for piece in self.pieces())
+
+    def whitened(self, chain: Chain) -> Iterator[Array]:
+        """Yield the residual of the samples that count as a fit weighs it: white, of rms one, chunk by chunk."""
+        run, white = running(chain, grid_of(self.trace, self.substeps)), whitening(self.colour)
+        for piece in self.pieces():
+            answer = run(piece.entering)[:: piece.entering.grid.substeps]
+            yield white((piece.y - answer) / self.noise_v, piece.use)
 
     def deviations(self) -> Iterator[Array]:
         """Yield by how much the readings that count differ from their mean, V, chunk by chunk."""

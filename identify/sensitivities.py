@@ -4,19 +4,20 @@ The plain chain runs its derivatives beside its signals (identify.tangents). Any
 number moved a little; it shares with the unmoved one every stage before the first that differs.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from identify import kernels
 from identify.chain import Chain, advance, grid_of
+from identify.colour import whitening
 from identify.discretise import Matrix
 from identify.lanes import WIDTH
 from identify.observe import Observation
 from identify.stage import Block
 from identify.tangents import Scales, Tangents, tangents
-from identify.trace import Array
+from identify.trace import Array, Mask
 
 DIFFERENCE = 1e-5  # step of the differences, in search coordinates
 
@@ -63,10 +64,18 @@ def sensitivities(chain: Chain, scales: Scales, observation: Observation) -> Sen
 
 def _from_tangents(exact: Tangents, observation: Observation) -> Iterator[tuple[Array, Matrix]]:
     """Yield residuals and rows of a chain that runs its derivatives beside its signals."""
+    white = _whitening(observation)
     for piece in observation.pieces(exact.samples):
         answer, rows = exact.run(piece.entering)
-        residual = (piece.y - answer) / observation.noise_v
-        yield (residual, rows) if piece.use.all() else (residual[piece.use], rows[piece.use])
+        yield white((piece.y - answer) / observation.noise_v, rows, piece.use)
+
+
+def _whitening(observation: Observation) -> Callable[[Array, Matrix, Mask], tuple[Array, Matrix]]:
+    """Return what makes residual and rows those of white noise, and leaves out samples that do not count."""
+    if not observation.colour.taps:
+        return lambda residual, rows, use: (residual, rows) if use.all() else (residual[use], rows[use])
+    of_residual, of_rows = whitening(observation.colour), whitening(observation.colour)
+    return lambda residual, rows, use: (of_residual(residual, use), of_rows(rows, use))
 
 
 def _from_differences(chain: Chain, scales: Scales, observation: Observation) -> Iterator[tuple[Array, Matrix]]:
@@ -77,16 +86,17 @@ def _from_differences(chain: Chain, scales: Scales, observation: Observation) ->
     varied = [chain.with_values({name: here[name] + DIFFERENCE * scales[name]}) for name in scales]
     firsts = [chain.first_difference(other, grid.run) for other in varied]
     others = [other.begin(grid, first) for other, first in zip(varied, firsts, strict=True)]
+    white, every = _whitening(observation), grid.substeps
     for piece in observation.pieces():
         passed: list[Block] = [piece.entering]
         for stage in base:
             passed.append(advance(stage, passed[-1]))
-        answer = piece.used(passed[-1].signal)
+        answer = passed[-1].signal[::every]
         rows = np.zeros((answer.size, -(-len(varied) // WIDTH) * WIDTH))
         for k, (first, runs) in enumerate(zip(firsts, others, strict=True)):
             if runs:
                 block = passed[first]
                 for stage in runs:
                     block = advance(stage, block)
-                rows[:, k] = (piece.used(block.signal) - answer) / (DIFFERENCE * observation.noise_v)
-        yield piece.misfit(passed[-1].signal) / observation.noise_v, rows
+                rows[:, k] = (block.signal[::every] - answer) / (DIFFERENCE * observation.noise_v)
+        yield white((piece.y - answer) / observation.noise_v, rows, piece.use)

@@ -50,7 +50,7 @@ def _dwells(observation: Observation, settle: int) -> tuple[Array, Array, Array]
         total, count = _summed(observation, start, stop)
         if count >= ENOUGH:
             level = float(observation.trace.u[start : start + 1][0])
-            rows.append((level, total / count, observation.noise_v / np.sqrt(count)))
+            rows.append((level, total / count, observation.noise_v * observation.colour.slow / np.sqrt(count)))
     table = np.array(rows).reshape(-1, 3)
     return table[:, 0], table[:, 1], table[:, 2]
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from identify.colour import WHITE
 from identify.observe import Observation
 from identify.trace import Array, Trace
 
@@ -49,4 +50,5 @@ def _thinned(observation: Observation, factor: int) -> Observation:
     held = np.asarray(trace.u[:size]).reshape(-1, factor).mean(axis=1)
     u = held if trace.intersample == "held" else trace.u[:size:factor]
     short = Trace(trace.name, trace.rate_hz / factor, u, trace.y[:size:factor], trace.intersample, trace.start_s)
-    return replace(observation, trace=replace(short, from_rest=trace.from_rest), use=observation.use[:size:factor])
+    short = replace(short, from_rest=trace.from_rest)
+    return replace(observation, trace=short, use=observation.use[:size:factor], colour=WHITE)

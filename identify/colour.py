@@ -1,0 +1,160 @@
+"""Does the noise of one reading hang together with that of the readings before it, and how is it made white?
+
+Told from what repeats, like its size (identify.noise): from differences between periods of one stimulus, else from
+settled dwells freed of their trend. Where these are not white, an autoregressive model e[k] = sum a_j e[k-j] + n[k] is
+fitted to their autocovariance (Yule-Walker equations by Levinson's recursion), its order by Schwarz's criterion. The
+fit then weighs n[k], which is white: the filter 1 - sum a_j z^-j is run over residual and sensitivities alike.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import detrend
+from scipy.stats import chi2
+
+from identify.noise import good, period_of, quantisation_rms, settled_dwells, stretches
+from identify.trace import Array, Mask, Trace, part
+
+HIGHEST = 8  # order
+FALSE_ALARMS = 1e-3  # share of white noises taken for coloured
+APART = 200  # samples that two readings are apart at least, to count as independent
+SHORTEST = 100  # samples of a dwell whose trend can be told from its noise
+MOST = 1 << 20  # samples looked at: more tell nothing new
+COARSE = 2.0  # times the noise of an ADC's steps, from which the noise has a colour of its own
+ENOUGH = 1000  # readings needed to tell a colour
+
+Filter = Callable[[Array, Mask], Array]
+
+
+@dataclass(frozen=True)
+class Colour:
+    """Noise as an autoregression with coefficients ``taps``; ``gain`` is its rms over that of its new part n."""
+
+    taps: tuple[float, ...] = ()
+    gain: float = 1.0
+
+    @property
+    def slow(self) -> float:
+        """Return by how much the mean of many readings scatters more than that of white noise of equal rms."""
+        return 1.0 / (self.gain * (1.0 - sum(self.taps)))
+
+    def to_dict(self) -> dict[str, object]:
+        """Return the form of JSON answers."""
+        return {"autoregression": [float(f"{tap:.4g}") for tap in self.taps], "rms_over_new": float(f"{self.gain:.4g}")}
+
+
+WHITE = Colour()
+
+
+def whitening(colour: Colour) -> Filter:
+    """Return the filter at work: values (n, ...) per rms and which of them are in use (n,) become those in use, white.
+
+    It remembers what came before, call by call. A reading whose past is not all in use becomes 0: it does not count.
+    """
+    order = len(colour.taps)
+    if order == 0:
+        return lambda values, use: values[use]
+    past, known = np.zeros(0), np.zeros(order, dtype=bool)
+
+    def run(values: Array, use: Mask) -> Array:
+        nonlocal past, known
+        if past.shape[1:] != values.shape[1:] or past.shape[0] != order:
+            past = np.zeros((order, *values.shape[1:]))
+        joined, in_use, size = np.concatenate((past, values)), np.concatenate((known, use)), values.shape[0]
+        white, counts = values.copy(), use.copy()
+        for j, tap in enumerate(colour.taps, start=1):
+            white -= tap * joined[order - j : order - j + size]
+            counts &= in_use[order - j : order - j + size]
+        past, known = joined[-order:].copy(), in_use[-order:]
+        white[~counts] = 0.0
+        return np.asarray(colour.gain * white[use])
+
+    return run
+
+
+def colour_of(differences: Sequence[Array]) -> Colour:
+    """Return the colour of noise of which ``differences`` are independent stretches, white unless that is refuted."""
+    size = sum(d.size for d in differences)
+    if size < ENOUGH:
+        return WHITE
+    covariance = np.array([sum(float(d[lag:] @ d[: d.size - lag]) for d in differences) for lag in range(HIGHEST + 1)])
+    if covariance[0] <= 0.0:
+        return WHITE
+    independent = size / 1.5  # neighbouring differences between periods share readings
+    told = independent * float(np.sum(np.square(covariance[1:] / covariance[0])))
+    if told < chi2.ppf(1.0 - FALSE_ALARMS, HIGHEST):
+        return WHITE
+    models = _levinson(covariance / covariance[0])
+    scores = [independent * np.log(left) + len(taps) * np.log(independent) for taps, left in models]
+    taps, left = models[int(np.argmin(scores))]
+    return Colour(tuple(taps.tolist()), 1.0 / float(np.sqrt(left)))
+
+
+def _levinson(correlation: Array) -> list[tuple[Array, float]]:
+    """Return the coefficients and the share of variance left of every order from 0 on."""
+    taps, left = np.zeros(0), 1.0
+    found = [(taps, left)]
+    for order in range(1, correlation.size):
+        reflection = float(correlation[order] - taps @ correlation[order - 1 : 0 : -1][: taps.size]) / left
+        taps = np.append(taps - reflection * taps[::-1], reflection)
+        left *= 1.0 - reflection**2
+        found.append((taps, left))
+    return found
+
+
+@dataclass(frozen=True)
+class Grain:
+    """The rms of the noise of readings taken at one rate, V, and its colour."""
+
+    rms_v: float
+    colour: Colour
+
+
+def grains_of(traces: Sequence[Trace], settle_s: float) -> dict[float, Grain]:
+    """Return what repeats tell of the noise at every sample rate, Hz; empty where it is white at all of them.
+
+    ``settle_s`` is how long the rig takes to settle after a step. Noise of the size of the ADC's steps counts as white:
+    its colour would be that of rounding.
+    """
+    found: dict[float, Grain] = {}
+    floor = quantisation_rms(traces)
+    for rate in {trace.rate_hz for trace in traces}:
+        there = [trace for trace in traces if trace.rate_hz == rate]
+        for tell in (_between_periods, _within_dwells):
+            told = [d for trace in there for d in tell(trace, round(settle_s * rate))]
+            if sum(d.size for d in told) >= ENOUGH:
+                found[rate] = _grain(told, floor)
+                break
+    return found if any(grain.colour.taps for grain in found.values()) else {}
+
+
+def _grain(differences: Sequence[Array], floor: float) -> Grain:
+    """Return size and colour of noise from independent stretches of it."""
+    total, size = sum(float(d @ d) for d in differences), sum(d.size for d in differences)
+    rms_v = float(np.sqrt(total / size))
+    return Grain(max(rms_v, floor), colour_of(differences) if rms_v > COARSE * floor else WHITE)
+
+
+def _between_periods(trace: Trace, settle: int) -> Iterator[Array]:
+    """Yield differences between periods of one stimulus that are far apart, per sqrt(2); 0 where a reading is lost."""
+    ok = good(trace)
+    for start, stop in stretches(trace):
+        period = period_of(part(trace.u, start, stop))
+        first = start + max(settle, period)
+        if period == 0 or stop - first < 2 * period:
+            continue
+        lag = -(-APART // period) * period
+        lag = lag if stop - first >= 2 * lag else period
+        once = slice(first, first + min(stop - first - lag, MOST))
+        again = slice(once.start + lag, once.stop + lag)
+        yield np.where(ok[once] & ok[again], trace.y[again] - trace.y[once], 0.0) / np.sqrt(2.0)
+
+
+def _within_dwells(trace: Trace, settle: int) -> Iterator[Array]:
+    """Yield the readings of settled dwells without a gap, freed of their trend."""
+    ok = good(trace)
+    for first, stop in settled_dwells(trace.u, settle):
+        at = slice(first, min(stop, first + MOST))
+        if stop - first >= SHORTEST and np.all(ok[at]):
+            yield detrend(trace.y[at])
