@@ -204,7 +204,7 @@ class Offer:
                 rung = rounded(top / rungs)
                 levels = tuple(rounded(self.centre_v + k * rung, 6) for k in self._round(rungs))
                 for share in DWELLS:
-                    dwell_s = rounded(max(share * settled_s, 4.0 / self.room.rate_hz), up=True)
+                    dwell_s = max(ceil(share * settled_s * self.room.rate_hz - 1e-6), 4) / self.room.rate_hz
                     yield Stairs(levels, dwell_s, share >= 1.0 and self._shows_borders(levels))
 
     def _round(self, rungs: int) -> tuple[int, ...]:

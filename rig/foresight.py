@@ -64,19 +64,22 @@ def foreseen_plan(plan: Plan, model: "Model", noise_v: float, origin: str = "") 
     from identify.information import information
     from identify.observe import Observation
     from identify.sines import tones_of, untold_by_sines
+    from identify.start import stabilised
 
     silent = np.broadcast_to(0.0, plan.u.shape)
     trace = Trace(plan.title, plan.rate_hz, plan.u, silent, steps=plan.steps)
-    chain = chain_of(model)
     try:
+        model, _ = stabilised(model)
+        chain = chain_of(model)
         coordinates = coordinates_of(chain, chain.values, [trace.name], model.fixed)
         seen = Observation(trace, np.ones(trace.size, dtype=bool), noise_v)
         told = information(chain, coordinates, [seen])
     except ValueError as error:
         raise RefusedError(str(error), where=plan.rig_path) from error
     limit_v = min(-plan.limits.low_v, plan.limits.high_v)
-    advised = advice(bench_of(model, chain.values, limit_v if limit_v > 0.0 else None), [trace], told)
-    untold = untold_by_sines(model, tones_of(trace, noise_v), limit_v if limit_v > 0.0 else None)
+    bench = bench_of(model, chain.values, limit_v if limit_v > 0.0 else None)
+    advised = advice(bench, [trace], told)
+    untold = untold_by_sines(model, tones_of(trace, noise_v), bench.limit_v)
     return Foresight(advised, told, noise_v, origin, untold)
 
 

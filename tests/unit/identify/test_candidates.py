@@ -22,6 +22,7 @@ AROUND = replace(MODEL, f=Backlash(1.76, 0.36, 1.76, -1.78))
 @pytest.mark.parametrize("model", [MODEL, AROUND, replace(MODEL, f=LinearF())])
 @pytest.mark.parametrize("room", [ROOM, replace(ROOM, low_v=-3.0, high_v=4.0), replace(ROOM, slew_v_per_s=900.0)])
 def test_everything_stays_within_the_room_and_repeats_exactly(model: Model, room: Room) -> None:
+    room = replace(room, rate_hz=2000.0, time_s=20.0)
     found = offered(model, room).candidates()
     assert found
     for candidate in found:
@@ -30,7 +31,7 @@ def test_everything_stays_within_the_room_and_repeats_exactly(model: Model, room
         assert u.max() <= room.high_v
         assert np.max(np.abs(np.diff(u, prepend=0.0))) * room.rate_hz <= room.slew_v_per_s
         assert u.size == pytest.approx(candidate.time_s * room.rate_hz, abs=1e-6 * u.size)
-        assert candidate.time_s <= 30.0
+        assert candidate.time_s <= 10.0
 
 
 def test_sines_move_the_gap_off_the_mains() -> None:

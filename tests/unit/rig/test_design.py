@@ -22,6 +22,7 @@ def mine(folder: Path, text: str = RIG) -> Path:
 
 
 REFUSED = [
+    (Wish(limit_v=1.0), RefusedError, r"my_rig.yaml: the gap hardly moves .* 1.25 V .*; widen the limit"),
     (Wish(0.2), RefusedError, r"my_rig.yaml: 0.2 s is too short"),
     (Wish(limit_v=30.0), RefusedError, r"--limit: .*: 30 V; allowed: -10 to 10 V"),
     (Wish(1.8e7), RefusedError, r"--time: the protocol is too long: .*; allowed: .* samples"),
