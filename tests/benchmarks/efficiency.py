@@ -48,10 +48,10 @@ class Experiment:
         return float(np.sqrt(self.power / 10.0 ** (decibels / 10.0)))
 
 
-def experiment(cut: float = 1.0) -> Experiment:
-    """Return the paper's simulation; ``cut`` keeps only that share of every sine's periods."""
+def experiment(cut: float = 1.0, coarser: int = 1) -> Experiment:
+    """Return the paper's simulation; ``cut`` keeps that share of every sine, ``coarser`` divides the sub-steps."""
     plans = tuple(_cut(_planned(name), cut if name == "sines" else 1.0) for name in STIMULI)
-    played = tuple(Played(p.u, p.rate_hz, SUBSTEPS[name]) for name, p in zip(STIMULI, plans, strict=True))
+    played = tuple(Played(p.u, p.rate_hz, SUBSTEPS[name] // coarser) for name, p in zip(STIMULI, plans, strict=True))
     coarse = tuple(replace(p, substeps=p.substeps // 2) for p in played)
     return Experiment(plans, tuple(paper.answer(TRUTH, p) for p in played), paper.information(coarse))
 
