@@ -16,7 +16,7 @@ COLOURS = {"L": AFTER, "U": BEFORE}
 
 
 def borders(bend: Bend) -> Picture:
-    """Draw both borders with their knots, and below how far they lie from their straight lines, with 95 % bands."""
+    """Draw both borders with their knots, and beside them how far from straight they are, with 95 % bands."""
     figure, (over, under) = new_figure(1, 2, 3.6)
     for side, name in SIDES.items():
         _draw_border(over, bend, side, f"{name} border")

@@ -59,6 +59,7 @@ def expected_noise(model: "Model", can: Capabilities) -> tuple[float, str]:
 def foreseen_plan(plan: Plan, model: "Model", noise_v: float, origin: str = "") -> Foresight:
     """Return what ``plan`` would tell of ``model`` with readings of a known noise."""
     from identify.advice import advice, bench_of
+    from identify.bend import straight_values
     from identify.effects import chain_of
     from identify.fit import coordinates_of
     from identify.information import information
@@ -77,7 +78,7 @@ def foreseen_plan(plan: Plan, model: "Model", noise_v: float, origin: str = "") 
     except ValueError as error:
         raise RefusedError(str(error), where=plan.rig_path) from error
     limit_v = min(-plan.limits.low_v, plan.limits.high_v)
-    bench = bench_of(model, chain.values, limit_v if limit_v > 0.0 else None)
+    bench = bench_of(model, straight_values(chain), limit_v if limit_v > 0.0 else None)
     advised = advice(bench, [trace], told)
     untold = untold_by_sines(model, tones_of(trace, noise_v), bench.limit_v)
     return Foresight(advised, told, noise_v, origin, untold)

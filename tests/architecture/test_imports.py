@@ -27,8 +27,8 @@ SEES_BOTH = {  # who may import more of identify than its plain data, and what
     },
     "rig.protocolfile": {"identify.candidates"},
     "rig.foresight": {
-        "identify.advice", "identify.effects", "identify.fit", "identify.information", "identify.observe",
-        "identify.sines", "identify.start",
+        "identify.advice", "identify.bend", "identify.effects", "identify.fit", "identify.information",
+        "identify.observe", "identify.sines", "identify.start",
     },
     "rig.rigfile": {"identify.effects", "identify.border"},
     "rig.linearblock": {"identify.discretise"},

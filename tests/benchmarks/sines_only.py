@@ -25,13 +25,14 @@ from tests.proof import paper_simulation
 from tests.proof.bench import answer
 from tests.proof.integrator import Grid
 from tests.proof.rigs import OP_AMP, SKEWED, Rig
-from tests.proof.stimuli import FIG13_LEVELS_V, RATE_HZ
+from tests.proof.stimuli import FIG13_LEVELS_V
 from tests.trials import model_of
 
 NOISE_V = 0.010
 FINE = 8  # sub-steps of a sample in the integrator
 # Hz and V, as in the protocol.
-RUNGS = ((4, 1.85), (4, 2.55), (8, 2.3), (8, 3.2), (16, 3.7), (16, 5.1), (28, 6.0), (28, 8.4))
+RUNGS = ((3, 1.75), (3, 2.45), (9, 2.5), (9, 3.45), (21, 4.65), (21, 6.5), (27, 5.85), (27, 8.1))
+RATE_HZ = 9000.0
 PAPER_RUNGS = ((1, 3.5, 20), (1, 2.0, 20), (5, 3.5, 40), (5, 2.0, 40), (10, 3.5, 40), (10, 2.0, 40))  # w1, V, periods
 PAPER_SAMPLES = 640  # of a period at w1 = 0.01 rad/s
 PAPER_NOISE_V = 0.07
@@ -88,7 +89,7 @@ def sines_alone(rig: Rig, seconds: float = 1.0) -> Bench:
 def staircase_and_sines(rig: Rig, seconds: float = 1.0) -> Bench:
     """Return as long a recording, half of it a staircase of 0.6 times the paper's levels, half sines."""
     levels = np.repeat(0.6 * np.asarray(FIG13_LEVELS_V), round(4.0 * seconds * RATE_HZ / len(FIG13_LEVELS_V)))
-    return _bench(rig, [("stairs", levels, 2), *(sine(f, a, seconds) for f, a in RUNGS if f in (8, 28))])
+    return _bench(rig, [("stairs", levels, 2), *(sine(f, a, seconds) for f, a in RUNGS if f in (9, 27))])
 
 
 def _bench(rig: Rig, parts: list[tuple[str, Array, int]]) -> Bench:

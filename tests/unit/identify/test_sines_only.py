@@ -25,7 +25,7 @@ from tests.proof.integrator import Grid
 from tests.proof.rigs import OP_AMP, SKEWED
 from tests.trials import model_of
 
-SECONDS = 0.25  # of a pass: a quarter of the protocol's
+SECONDS = 1.0 / 3.0  # of a pass: a third of the protocol's
 
 
 @cache

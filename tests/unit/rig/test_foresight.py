@@ -51,3 +51,17 @@ def test_it_is_said_on_the_terminal() -> None:
     assert lines[at + 1] == "    |G1| against |G2| at 50 Hz"
     assert lines[at + 2].startswith("      because  a larger |G1| with a smaller |G2|")
     assert lines[at + 3].startswith("      held by  the orders of G1 and G2 in the rig file")
+
+
+def test_a_stuck_gap_is_foreseen_of_bent_borders_too(tmp_path: Path) -> None:
+    """The op-amp rig with a slight bend: its 50 Hz sine at a tenth of the level leaves the gap stuck."""
+    rig = (SHIPPED / "rigs/opamp_backlash.yaml").read_text()
+    bent = "curved_backlash: {L: [[-1 V, -18 V], [1 V, -2 V], [3 V, 13 V]], U: [[-3 V, -14 V], [1 V, 18 V]]}"
+    (tmp_path / "bent.yaml").write_text(rig.replace("backlash: {S_L: 8, D_L: 1.25 V, S_U: 8, D_U: -1.25 V}", bent))
+    text = (SHIPPED / "sine_50hz.yaml").read_text().replace("rigs/opamp_backlash.yaml", str(tmp_path / "bent.yaml"))
+    path = tmp_path / "weak.yaml"
+    path.write_text(text.replace("amplitude: 10 V", "amplitude: 1 V"))
+    protocol = read_protocol(path)
+    assert protocol.rig is not None
+    told = foreseen_plan(plan(protocol), protocol.rig.model, 0.01)
+    assert any("the gap is stuck at U = 1 V" in item.sentence for item in told.advice)
