@@ -8,7 +8,7 @@ import numpy as np
 from identify import kernels
 from identify.discretise import Stepper, stepper
 from identify.model import Backlash, LinearF, Rational
-from identify.sections import product, sections
+from identify.sections import Section, product, sections
 from identify.stage import Block, Grid, Held, Parameter, Place, Ramp, Run, Shape, Stage, Values, memoryless
 from identify.trace import Array
 
@@ -118,9 +118,12 @@ class LinearBlock(Stage):
         num = tuple(self.start.dc_gain * b for b in (*values[order:], 1.0))
         if order <= 2:
             return Rational(num, (*values[:order], 1.0), self.start.dead_time_s)
-        ends = np.cumsum((0, *_sizes(order))).tolist()
-        den = product(values[first:last] for first, last in pairwise(ends))
-        return Rational(num, den, self.start.dead_time_s)
+        return Rational(num, product(self.parts(values)), self.start.dead_time_s)
+
+    def parts(self, values: Values) -> list[Section]:
+        """Return the sections of the denominator with fitted coefficients."""
+        ends = np.cumsum((0, *_sizes(len(self.start.den) - 1))).tolist()
+        return [values[first:last] for first, last in pairwise(ends)]
 
     def stepper(self, values: Values, grid: Grid, shape: Shape) -> Stepper:
         """Return the block's exact step on ``grid`` for an input of ``shape``."""

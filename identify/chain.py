@@ -96,7 +96,12 @@ def local_name(name: str, run: str) -> str:
 
 
 def plain_chain(model: Model, intersample: Intersample = "held") -> Chain:
-    """Return the chain of G1, F and G2 as ``model`` gives them, without its further physics."""
+    """Return the chain of G1, F and G2 as ``model`` gives them, without its further physics.
+
+    Raises ValueError where the model has no values yet.
+    """
+    if model.unknown:
+        raise ValueError(f"{model.unknown[0]} has no values: the rig file gives its orders alone")
     g1, g2 = (
         LinearBlock(replace(block, num=without_leading_zeros(block.num)), place.label, place)
         for block, place in ((model.g1, Place.G1), (model.g2, Place.G2))

@@ -29,6 +29,7 @@ from identify.noise import Noise, noise_of
 from identify.nonparametric import Evidence, nonparametric
 from identify.normalised import peak_interval, scale_of, scaled_borders
 from identify.observe import Observation, pooled_rms
+from identify.orders import valued
 from identify.profile import Fitted
 from identify.reach import within_reach
 from identify.response import harmonics_hz, played_hz, points
@@ -50,8 +51,11 @@ def identify(
     cannot be used.
     """
     with threadpool_limits(1, "blas"):
-        model, mirrored = stabilised(in_form(model, borders))
-        answer = _identified(model, traces, progress or (lambda sentence, share: None), borders == "curved", knots)
+        note = progress or (lambda sentence, share: None)
+        if model.unknown:
+            note("looking for values to start from", 0.02)
+        model, mirrored = stabilised(in_form(valued(model, traces), borders))
+        answer = _identified(model, traces, note, borders == "curved", knots)
     return replace(answer, warnings=(*mirrored, *answer.warnings))
 
 

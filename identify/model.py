@@ -68,7 +68,11 @@ class Physics:
 
 @dataclass(frozen=True)
 class Model:
-    """The signal path source -> G1 -> F -> G2 -> sense; ``fixed`` lists parameter names that are not refitted."""
+    """The signal path source -> G1 -> F -> G2 -> sense; ``fixed`` lists parameter names that are not refitted.
+
+    ``unknown`` lists what has no values yet (G1, F, G2, G2.dead_time, and G2.gain where its sign is open): the numbers
+    given for it only tell the orders.
+    """
 
     title: str
     g1: Rational
@@ -77,6 +81,7 @@ class Model:
     noise_v: float | None = None
     fixed: tuple[str, ...] = ()
     physics: tuple[Physics, ...] = field(default=())
+    unknown: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

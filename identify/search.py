@@ -8,12 +8,13 @@ end. The draws are the same every time.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
 from identify.advice import FITS
 from identify.blocks import LinearBlock, Play
-from identify.chain import Chain, simulate
+from identify.chain import DELAY, Chain, simulate
 from identify.fit import Fit, fit
 from identify.model import Backlash, Model
 from identify.observe import Observation
@@ -30,6 +31,12 @@ ROUNDS = 4
 FITTED = 6  # of the rigs tried, those fitted for a few iterations
 FEW = 8  # iterations
 FINALISTS = 2
+VAGUE = 0.1  # sd of a logarithm from which a second minimum may lie near
+UNSEEN = 0.7  # share of its prior's width above which a value is not told by the data at all
+OPINIONS = 4  # fits from starts near a doubtful one
+NEAR = 0.4  # by what share those starts differ
+MEETINGS = 2  # times that poles may meet and part as a pair
+TOGETHER = 1.1  # ratio of two poles that counts as a meeting
 
 Draw = Callable[[Chain, np.random.Generator], Chain]
 
@@ -99,19 +106,60 @@ def freed(chain: Chain, fixed: Sequence[str]) -> Chain:
 
 def searched(model: Model, judge: Judge, first: Fit, start: Chain) -> Fit:
     """Return the first fit, or where it fails the one that another start leads to."""
-    if judge.settled(first):
+    if judge.settled(first) and not doubtful(first) and not met(first.chain):
         return first
     free = fit(freed(first.chain, model.fixed), judge.observations, None, model.fixed, PATIENCE)
     found = judge.preferred(first, free)
     if judge.at_noise(found):
-        return found
+        return confirmed(model, judge, found, start)
     thin, rng = thinned(judge.observations), np.random.default_rng(0)
     for _ in range(ROUNDS):
         for chain in finalists(model, start, thin, rng):
             found = judge.preferred(found, fit(chain, judge.observations, None, model.fixed, PATIENCE))
             if judge.settled(found):
-                return found
+                return confirmed(model, judge, found, start)
     return found
+
+
+def confirmed(model: Model, judge: Judge, found: Fit, start: Chain) -> Fit:
+    """Return the best of a fit and others that start near it, where its minimum is so flat that there may be two."""
+    for _ in range(MEETINGS):
+        if met(found.chain):
+            again = fit(freed(found.chain, model.fixed), judge.observations, None, model.fixed, PATIENCE)
+            found = _better(found, again)
+    rng = np.random.default_rng(1)
+    for _ in range(OPINIONS if doubtful(found) else 0):
+        chain = around(found.chain, model.fixed, rng, NEAR)
+        if DELAY in chain.values:
+            chain = chain.with_values({DELAY: start.values[DELAY] * float(np.exp(NEAR * rng.standard_normal()))})
+        found = _better(found, fit(freed(chain, model.fixed), judge.observations, None, model.fixed, PATIENCE))
+    return found
+
+
+def _better(one: Fit, other: Fit) -> Fit:
+    """Return ``other`` where it is better by more than rounding and priors may be."""
+    return other if other.cost < one.cost - 0.5 else one
+
+
+def doubtful(fitted: Fit) -> bool:
+    """Return whether the data tell a time constant or a delay only roughly: neither well nor not at all."""
+    for i, c in enumerate(fitted.coordinates):
+        if c.parameter.coordinate == "log" and VAGUE < float(np.sqrt(fitted.covariance[i, i])) < UNSEEN * c.prior_sd:
+            return True
+    return False
+
+
+def met(chain: Chain) -> bool:
+    """Return whether real poles of different sections have come together: they belong into one, to turn complex."""
+    for stage in chain.stages:
+        if type(stage) is LinearBlock and len(stage.start.den) > 3:
+            values = tuple(chain.values[p.name] for p in stage.parameters())
+            own = [np.roots((*part, 1.0)) for part in stage.parts(values)]
+            real = [(float(-p.real), k) for k, poles in enumerate(own) for p in poles if abs(p.imag) < 1e-9 * abs(p)]
+            ordered = sorted(real)
+            if any(a[1] != b[1] and b[0] < TOGETHER * a[0] for a, b in pairwise(ordered)):
+                return True
+    return False
 
 
 def finalists(model: Model, start: Chain, thin: Sequence[Observation], rng: np.random.Generator) -> list[Chain]:
@@ -123,18 +171,23 @@ def finalists(model: Model, start: Chain, thin: Sequence[Observation], rng: np.r
     return [freed(f.chain, model.fixed) for f in best]
 
 
-def around(chain: Chain, fixed: Sequence[str], rng: np.random.Generator) -> Chain:
-    """Return a chain of the same structure, its time constants, dampings and delays drawn around its values."""
+def around(
+    chain: Chain, fixed: Sequence[str], rng: np.random.Generator, share: float = 0.5, borders: bool = False
+) -> Chain:
+    """Return a chain of the same structure, its time constants, dampings and delays drawn around its values.
+
+    ``share`` is by how much; with ``borders`` their crossings are drawn too.
+    """
     values = {}
     swap = _swap(chain, fixed) if rng.uniform() < 0.3 else {}
     for parameter in chain.parameters():
         name, value = parameter.name, chain.values[parameter.name] * swap.get(parameter.name, 1.0)
-        if is_fixed(name, fixed) or name.startswith("F."):
+        if is_fixed(name, fixed) or (name.startswith("F.") and not borders):
             continue
         if parameter.coordinate == "log":
-            values[name] = value * float(np.exp(0.5 * rng.standard_normal()))
-        elif ".num." in name:
-            values[name] = value * (1.0 + 0.5 * float(rng.standard_normal()))
+            values[name] = value * float(np.exp(share * rng.standard_normal()))
+        elif ".num." in name or name in ("F.D_L", "F.D_U"):
+            values[name] = value * (1.0 + share * float(rng.standard_normal()))
     return chain.with_values(values)
 
 

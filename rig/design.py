@@ -89,7 +89,10 @@ def design(rig: str | Path, out: str | Path, wish: Wish, progress: Progress, ove
 
 
 def _usable(rigfile: RigFile) -> RigFile:
-    """Return the rig file; raise RefusedError where a block is not stable as it stands there."""
+    """Return the rig file; raise RefusedError where it has no values, or a block is not stable as it stands there."""
+    if rigfile.model.unknown:
+        raise RefusedError("no protocol can be designed for a rig without values", where=rigfile.where,
+                           value=f"{rigfile.model.unknown[0]} has none", do="give values near those of the rig")
     for name, block in (("G1", rigfile.model.g1), ("G2", rigfile.model.g2)):
         try:
             check_stable(block.den)

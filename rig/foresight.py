@@ -44,6 +44,8 @@ def foreseen(found: Checked) -> Foresight:
     if not found.plan.rig_text:
         return Foresight((), None)
     model = parse_rig(found.plan.rig_text, found.plan.rig_path or "the rig").model
+    if model.unknown:
+        return Foresight((), None)
     noise_v, origin = expected_noise(model, found.capabilities)
     return foreseen_plan(found.plan, model, noise_v, origin)
 

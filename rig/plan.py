@@ -147,6 +147,9 @@ def _settling_s(protocol: Protocol, fraction: float) -> float:
     """Return how long the linear blocks take to settle to ``fraction``; F between them only scales what remains."""
     if protocol.rig is None:
         raise MisfitError("a dwell that waits for settling needs a rig", do="name one under 'rig:', or give a time")
+    if protocol.rig.model.unknown:
+        raise MisfitError("a dwell that waits for settling needs a rig with values",
+                          value=f"{protocol.rig.model.unknown[0]} has none", do="give a time")
     blocks = (protocol.rig.model.g1, protocol.rig.model.g2)
     dead_time_s = sum(block.dead_time_s for block in blocks)
     return settling_time_s([(block.num, block.den) for block in blocks], dead_time_s, fraction)

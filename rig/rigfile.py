@@ -1,7 +1,8 @@
 """What does a rig file say: the plain model, the physics known beside it, and what a simulated rig keeps to itself?
 
 The same form is written into reports and JSON: ``model_to_dict`` and ``read_rig`` are inverse to each other, to the
-last bit. ``read_rig`` also takes the JSON of ``rig explain``, whose ``model`` is in this form.
+last bit. ``read_rig`` also takes the JSON of ``rig explain``, whose ``model`` is in this form. A block may give its
+orders in place of its values, and F may be just ``backlash``: ``rig/orders.py`` says how.
 """
 
 from collections.abc import Mapping, Sequence
@@ -9,22 +10,21 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import yaml
-from pydantic import Field, Tag
 
 from identify.model import Backlash, CurvedBacklash, LinearF, Model, NonlinearF, Physics, Points, Rational
 from rig.errors import FileError, MisfitError, unknown
-from rig.forms import BY_SHAPE, Form, Gain, Seconds, Volts
 from rig.linearblock import check_block, check_stable, may_start_unstable
+from rig.orders import UNIT_BACKLASH, OrdersForm, is_open, orders_dict, owns, unvalued
+from rig.rigforms import BlockForm, BordersForm, CurvesForm, FForm, NonlinearityForm, RigForm
 from rig.units import exact, quantity
 from rig.yamlfile import Document, Keys, parse_json, parse_yaml, read_text
 
 if TYPE_CHECKING:
     from identify.effects.effect import Effect
 
-Coefficients = Annotated[list[float], Field(min_length=1, max_length=30)]
 Values = Mapping[str, Any]
 
 BLOCK_KEYS = ("num", "den", "dead_time")
@@ -44,70 +44,16 @@ class RigFile:
     where: str = "the rig file"
 
     def simulated(self) -> Model:
-        """Return what a simulated device plays; raise FileError for a block that is only a start for a fit."""
+        """Return what a simulated device plays; raise FileError for what is only a start, or no value, for a fit."""
+        if self.model.unknown:
+            raise FileError("a rig without values cannot be simulated", where=self.where,
+                            value=f"{self.model.unknown[0]} has none", do="give num, den and borders, or identify it")
         for name, block in (("G1", self.model.g1), ("G2", self.model.g2)):
             try:
                 check_stable(block.den)
             except MisfitError as error:
                 raise error.placed(f"{self.where}: {name}") from error
         return replace(self.model, physics=(*self.model.physics, *self.concealed))
-
-
-class BlockForm(Form):
-    """A linear block in descending powers of s."""
-
-    num: Coefficients
-    den: Coefficients
-    dead_time: Seconds = 0.0
-
-
-class BordersForm(Form):
-    """The play operator: slopes in V/V, crossings of the v axis with their unit."""
-
-    S_L: Gain
-    D_L: Volts
-    S_U: Gain
-    D_U: Volts
-
-
-Curve = Annotated[list[Annotated[list[Volts], Field(min_length=2, max_length=2)]], Field(min_length=2, max_length=100)]
-
-
-class CurvesForm(Form):
-    """The play operator between bent borders: points [v, w], each with its unit."""
-
-    L: Curve
-    U: Curve
-
-
-class LineForm(Form):
-    """A straight line in place of the backlash."""
-
-    gain: Gain = 1.0
-    offset: Volts = 0.0
-
-
-class NonlinearityForm(Form):
-    """F: one of its kinds."""
-
-    backlash: BordersForm | None = None
-    curved_backlash: CurvesForm | None = None
-    linear: LineForm | None = None
-
-
-class RigForm(Form):
-    """The top of a rig file."""
-
-    spec: Literal[1]
-    rig: str = Field(min_length=1)
-    G1: BlockForm
-    F: Annotated[
-        Annotated[Literal["linear"], Tag("plain")] | Annotated[NonlinearityForm, Tag("mapping")], BY_SHAPE]
-    G2: BlockForm
-    noise: Annotated[Volts, Field(ge=0)] | None = None
-    fixed: list[str] = Field(default_factory=list)
-    physics: dict[str, dict[str, Any]] = Field(default_factory=dict)
-    concealed: dict[str, dict[str, Any]] = Field(default_factory=dict)
 
 
 def read_rig(path: str | Path) -> RigFile:
@@ -121,10 +67,13 @@ def parse_rig(text: str, where: str) -> RigFile:
     keys = _root(document)
     form = RigForm.read(document, *keys)
     physics = _physics(document, (*keys, "physics"), form.physics)
+    g1, one = _block(document, (*keys, "G1"), form.G1, form.fixed)
+    g2, two = _block(document, (*keys, "G2"), form.G2, form.fixed)
+    f, between = _f(document, (*keys, "F"), form.F)
+    unknown = (*one, *between, *two)
     model = Model(
-        title=form.rig, g1=_block(document, (*keys, "G1"), form.G1, form.fixed),
-        f=_f(document, (*keys, "F"), form.F), g2=_block(document, (*keys, "G2"), form.G2, form.fixed),
-        noise_v=form.noise, fixed=_fixed(document, (*keys, "fixed"), form, physics), physics=physics,
+        title=form.rig, g1=g1, f=f, g2=g2, noise_v=form.noise, physics=physics, unknown=unknown,
+        fixed=_fixed(document, (*keys, "fixed"), form, physics, unknown),
     )
     return RigFile(model, _physics(document, (*keys, "concealed"), form.concealed), text, where)
 
@@ -132,7 +81,8 @@ def parse_rig(text: str, where: str) -> RigFile:
 def model_to_dict(model: Model) -> dict[str, Any]:
     """Return the model in the form of a rig file: plain dicts, lists and numbers, quantities as text with a unit."""
     built: dict[str, Any] = {
-        "spec": 1, "rig": model.title, "G1": _block_dict(model.g1), "F": _f_dict(model.f), "G2": _block_dict(model.g2),
+        "spec": 1, "rig": model.title, "G1": _block_dict("G1", model.g1, model.unknown),
+        "F": "backlash" if "F" in model.unknown else _f_dict(model.f), "G2": _block_dict("G2", model.g2, model.unknown),
     }
     if model.noise_v is not None:
         built["noise"] = exact(model.noise_v, "V")
@@ -158,28 +108,39 @@ def _root(document: Document) -> Keys:
     return ("model",) if isinstance(data.get("model"), dict) else ()
 
 
-def _block(document: Document, keys: Keys, form: BlockForm, fixed: Sequence[str]) -> Rational:
-    """Return a block; only one that is to be fitted may be unstable at its starting values."""
+def _block(
+    document: Document, keys: Keys, form: BlockForm | OrdersForm, fixed: Sequence[str]
+) -> tuple[Rational, tuple[str, ...]]:
+    """Return a block and what of it is unknown; only one to be fitted may be unstable at its starting values."""
     name = str(keys[-1])
     try:
+        if isinstance(form, OrdersForm):
+            return unvalued(name, form)
         check_block(form.num, form.den)
         if {name, f"{name}.den"} & set(fixed) or not may_start_unstable(form.den):
             check_stable(form.den)
     except MisfitError as error:
         raise error.placed(document.at(*keys)) from error
-    return Rational(tuple(map(float, form.num)), tuple(map(float, form.den)), form.dead_time)
+    return Rational(tuple(map(float, form.num)), tuple(map(float, form.den)), form.dead_time), ()
 
 
-def _f(document: Document, keys: Keys, form: Literal["linear"] | NonlinearityForm) -> NonlinearF | LinearF:
+def _f(document: Document, keys: Keys, form: FForm) -> tuple[NonlinearF | LinearF, tuple[str, ...]]:
+    """Return F, and ``F`` where its borders are unknown."""
     if form == "linear":
-        return LinearF()
+        return LinearF(), ()
+    if form == "backlash" or (form.backlash == "unknown" and form.curved_backlash is None and form.linear is None):
+        return UNIT_BACKLASH, ("F",)
+    return _valued_f(document, keys, form), ()
+
+
+def _valued_f(document: Document, keys: Keys, form: NonlinearityForm) -> NonlinearF | LinearF:
     if sum(kind is not None for kind in (form.backlash, form.curved_backlash, form.linear)) != 1:
         raise document.error("F has one kind", *keys, allowed="backlash, curved_backlash or linear")
     if form.linear is not None:
         return LinearF(form.linear.gain, form.linear.offset)
     if form.curved_backlash is not None:
         return _curved(document, (*keys, "curved_backlash"), form.curved_backlash)
-    assert form.backlash is not None
+    assert isinstance(form.backlash, BordersForm)
     return _backlash(document, (*keys, "backlash"), form.backlash)
 
 
@@ -270,24 +231,32 @@ def parameter_units(piece: Physics) -> dict[str, str]:
     return {parameter.name.rpartition(".")[2]: parameter.unit for parameter in effect_of(piece).parameters()}
 
 
-def _fixed(document: Document, keys: Keys, form: RigForm, physics: tuple[Physics, ...]) -> tuple[str, ...]:
+def _fixed(
+    document: Document, keys: Keys, form: RigForm, physics: tuple[Physics, ...], open_names: Sequence[str]
+) -> tuple[str, ...]:
     of_physics = {piece.id: tuple(piece.values) for piece in physics}
     owners = {"G1": BLOCK_KEYS, "F": _f_keys(form.F), "G2": BLOCK_KEYS, **of_physics}
     valid = [*owners, *(f"{owner}.{name}" for owner, names in owners.items() for name in names), "noise"]
     for index, name in enumerate(form.fixed):
         if name not in valid:
             raise FileError(where=document.at(*keys, index), **unknown("parameter", name, valid))
+        if is_open(name, open_names):
+            raise document.error(f"{name} has no value to be held at", *keys, index, do="give its values")
     return tuple(form.fixed)
 
 
-def _f_keys(form: Literal["linear"] | NonlinearityForm) -> tuple[str, ...]:
+def _f_keys(form: FForm) -> tuple[str, ...]:
     """Return what of F may be fixed."""
+    if form == "backlash":
+        return BORDER_KEYS
     if form == "linear" or form.linear is not None:
         return LINEAR_KEYS
     return tuple(CURVE_KEYS) if form.curved_backlash is not None else BORDER_KEYS
 
 
-def _block_dict(block: Rational) -> dict[str, Any]:
+def _block_dict(name: str, block: Rational, unknown_names: tuple[str, ...]) -> dict[str, Any]:
+    if any(owns(name, other) for other in unknown_names):
+        return orders_dict(name, block, unknown_names)
     return {"num": list(block.num), "den": list(block.den), "dead_time": exact(block.dead_time_s, "s")}
 
 

@@ -16,6 +16,7 @@ from identify.explain.warrant import Warranted, warranted
 from identify.holdout import Split, split
 from identify.model import Model
 from identify.observe import Observation, refined
+from identify.orders import valued
 from identify.start import stabilised
 from identify.trace import Trace, intersample_of
 
@@ -34,7 +35,7 @@ def explain(
     ``leave_out`` lists ids of the catalogue that are not tried. Raises ValueError with one sentence when the recordings
     cannot be used.
     """
-    model, _ = stabilised(model)
+    model, _ = stabilised(valued(model, [*traces, *hold_out]))
     with threadpool_limits(1, "blas"):  # the matrices are small: threads only wait for each other
         return _explained(model, split(model, traces, hold_out), progress or _silent, leave_out)
 

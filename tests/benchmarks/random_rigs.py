@@ -89,12 +89,21 @@ def model_of(rig: RandomRig) -> Model:
     )  # fmt: skip
 
 
-def outcome(seed: int, number: int) -> Outcome:
-    """Return how the identification of one rig ends."""
+def without_values(model: Model) -> Model:
+    """Return a model of which only the orders are known, and whether there is a dead time."""
+    g1, g2 = (Rational((1.0,) * len(b.num), (1.0,) * len(b.den), b.dead_time_s) for b in (model.g1, model.g2))
+    late = ("G2.dead_time",) if g2.dead_time_s > 0.0 else ()
+    unknown = ("G1", "F", "G2", "G2.gain", *late)
+    return replace(model, g1=g1, f=Backlash(1.0, 1.0, 1.0, -1.0), g2=g2, unknown=unknown)
+
+
+def outcome(seed: int, number: int, values: bool = True) -> Outcome:
+    """Return how the identification of one rig ends, from its file's wrong values or from its orders alone."""
     bench = drawn(seed, number)
+    told = model_of(bench.nominal) if values else without_values(model_of(bench.nominal))
     began = time.perf_counter()
     try:
-        found = identify(model_of(bench.nominal), traces_of(bench))
+        found = identify(told, traces_of(bench))
     except ValueError as error:
         return Outcome(number, _what(bench.rig), {}, float("inf"), float("inf"), 0.0, float("inf"), (str(error),),
                        time.perf_counter() - began)
@@ -178,6 +187,8 @@ def _in_scale_of(rig: RandomRig, model: Model) -> Model:
     one, two = (m.dc_gain / t.dc_gain for m, t in ((model.g1, true.g1), (model.g2, true.g2)))
     slope, crossing = 1.0 / (one * two), one
     f = Backlash(rig.s_l * slope, rig.d_l_v * crossing, rig.s_u * slope, rig.d_u_v * crossing)
+    if crossing < 0.0:  # both gains of the other sign: the borders change places
+        f = Backlash(f.s_u, f.d_u_v, f.s_l, f.d_l_v)
     blocks = [replace(t, num=tuple(g * b for b in t.num)) for g, t in ((one, true.g1), (two, true.g2))]
     return replace(true, g1=blocks[0], f=f, g2=blocks[1])
 
@@ -218,10 +229,11 @@ def main(arguments: Sequence[str]) -> None:
     parser.add_argument("--rigs", type=int, default=300)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--no-values", action="store_true")
     chosen = parser.parse_args(arguments)
     outcomes = []
     for number in range(chosen.first, chosen.first + chosen.rigs):
-        outcomes.append(outcome(chosen.seed, number))
+        outcomes.append(outcome(chosen.seed, number, not chosen.no_values))
         print(outcomes[-1].line(), flush=True)
     print(summary(outcomes))
 

@@ -177,3 +177,60 @@ def test_a_simulated_rig_plays_what_it_conceals_too() -> None:
 
 def test_an_empty_file_says_how_a_rig_starts() -> None:
     assert refused("") == "r.yaml: the file is empty; a rig file starts with 'spec: 1'"
+
+
+ORDERS = """\
+spec: 1
+rig: nobody knows
+G1: {order: 2}
+F: backlash
+G2: {order: 3, zeros: 1, dead_time: fit}
+"""
+
+
+def test_a_rig_file_may_give_orders_in_place_of_values() -> None:
+    model = parse_rig(ORDERS, "r.yaml").model
+    assert (len(model.g1.den), len(model.g1.num)) == (3, 1)
+    assert (len(model.g2.den), len(model.g2.num)) == (4, 2)
+    assert model.unknown == ("G1", "F", "G2", "G2.gain", "G2.dead_time")
+    assert parse_rig(model_to_yaml(model), "r.yaml").model == model
+    known = parse_rig(ORDERS.replace("dead_time: fit", "gain: -2, dead_time: 1 ms"), "r.yaml").model
+    assert known.unknown == ("G1", "F", "G2")
+    assert (known.g2.dc_gain, known.g2.dead_time_s) == (-2.0, 1e-3)
+    assert parse_rig(model_to_yaml(known), "r.yaml").model == known
+
+
+@pytest.mark.parametrize("f", ["{backlash: unknown}", "backlash"])
+def test_borders_alone_may_be_unknown(f: str) -> None:
+    text = PLAIN.replace("{backlash: {S_L: 8, D_L: 1.25 V, S_U: 8, D_U: -1250 mV}}", f)
+    assert parse_rig(text, "r.yaml").model.unknown == ("F",)
+
+
+@pytest.mark.parametrize(("wrong", "right", "message"), [
+    ("{order: 2, zeros: 3}", "{order: 2}", "r.yaml:3: G1: more zeros than poles: 3 zeros over 2 poles; allowed: zeros"),
+    ("{order: -1}", "{order: 2}", "r.yaml:3: G1.order: must be greater than or equal to 0"),
+    ("{order: 7}", "{order: 2}", "r.yaml:3: G1.order: must be less than or equal to 6"),
+    ("{order: 2.5}", "{order: 2}", "r.yaml:3: G1.order: "),
+    ("{order: 2, dead_time: fit}", "{order: 2}", "r.yaml:3: G1: only the sum of the dead times shows in a recording"),
+    ("{order: 2, gain: 0}", "{order: 2}", "r.yaml:3: G1: no gain at 0 Hz"),
+    ("{order: 2, den: [1, 1]}", "{order: 2}", "r.yaml:3: G1.order: unknown key 'order'"),
+    ("{order: 2, zero: 1}", "{order: 2}", "r.yaml:3: G1.zero: unknown key 'zero'; allowed: dead_time, gain, order"),
+    ("dead_time: fitt", "dead_time: fit", "r.yaml:5: G2.dead_time: "),
+    ("F: {backlash: none}", "F: backlash", "r.yaml:4: F.backlash: must be 'unknown'"),
+    ("F: curved", "F: backlash", "r.yaml:4: F: must be 'linear' or 'backlash'"),
+    ("F: backlash\nfixed: [G1]", "F: backlash", "r.yaml:5: fixed[0]: G1 has no value to be held at"),
+    ("F: backlash\nfixed: [F.S_L]", "F: backlash", "r.yaml:5: fixed[0]: F.S_L has no value to be held at"),
+    ("F: backlash\nfixed: [G2.dead_time]", "F: backlash", "r.yaml:5: fixed[0]: G2.dead_time has no value to be held"),
+])
+def test_nonsense_about_orders_is_refused_with_its_line(wrong: str, right: str, message: str) -> None:
+    assert message in refused(ORDERS.replace(right, wrong))
+
+
+def test_a_dead_time_with_a_value_may_be_held_in_a_block_without() -> None:
+    text = ORDERS.replace("dead_time: fit", "dead_time: 1 ms") + "fixed: [G2.dead_time]\n"
+    assert parse_rig(text, "r.yaml").model.fixed == ("G2.dead_time",)
+
+
+def test_a_rig_without_values_is_not_simulated() -> None:
+    with pytest.raises(FileError, match=r"r\.yaml: a rig without values cannot be simulated: G1 has none"):
+        parse_rig(ORDERS, "r.yaml").simulated()
