@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify import kernels
+from identify import lane_kernels
 from identify.chain import Chain, advance, grid_of
 from identify.colour import whitening
 from identify.discretise import Matrix
@@ -39,7 +39,7 @@ class Sensitivities:
         for residual, rows in self.chunks:
             if not right.size:
                 products, right = np.zeros((rows.shape[1], rows.shape[1])), np.zeros(rows.shape[1])
-            kernels.add_products(rows, products)
+            lane_kernels.add_products(rows, products)
             right += residual @ rows
         full = np.triu(products) + np.triu(products, 1).T
         at = np.array(self.columns, dtype=np.intp)

@@ -13,8 +13,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from identify import kernels
-from identify.abreast import MOST_STATES, Answers, Through, ToW, cascade_rows
+from identify import lane_kernels
+from identify.abreast import MOST_STATES, Answers, Through, ToW, pair_rows
 from identify.blocks import Gain, LinearBlock, Play, Source, delay_line
 from identify.cascade import Cascade, Outputs, cascade, coefficient_slopes
 from identify.chain import Chain
@@ -191,7 +191,7 @@ def _running(
             through.run(dw[:n], every, i, out)
         for i, answers in enumerate(after, start=len(before)):
             answers.run(w[:n], every, i, out)
-        kernels.take_answer(out, at_answer, *law.last[1:], WIDTH - 1, y)
+        lane_kernels.take_answer(out, at_answer, *law.last[1:], WIDTH - 1, y)
         return y, out
 
     places = {lane.name: WIDTH * i + k for i, part in enumerate(eights) for k, lane in enumerate(part)}
@@ -203,11 +203,11 @@ def _running(
 def _to_w(one: Cascade, lanes: Sequence[_Lane], v: _Lane, law: _Law) -> ToW:
     """Return G1 and F at work with some lanes, and that of v as the last."""
     places = [*range(len(lanes)), WIDTH - 1]
-    table = np.zeros((25, WIDTH))
-    table[:19] = cascade_rows(one, [lane.output for lane in (*lanes, v)], places)
+    rest = np.zeros((6, WIDTH))
     for place, lane in zip(places, (*lanes, v), strict=True):
-        table[19:, place] = (*lane.weights, *lane.loading, *lane.unloading)
-    return ToW(table, law.lines)
+        rest[:, place] = (*lane.weights, *lane.loading, *lane.unloading)
+    pair = pair_rows(one, [lane.output for lane in (*lanes, v)], places)
+    return ToW(np.concatenate((pair, rest)), law.lines)
 
 
 def _cut(items: Sequence[T], size: int) -> list[Sequence[T]]:

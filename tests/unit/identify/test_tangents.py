@@ -61,7 +61,7 @@ def assert_exact(chain, seen):
         assert np.abs(slopes - expected).max() < 2e-6 * np.abs(expected).max(), name
 
 
-@pytest.mark.parametrize("substeps", [1, 8])
+@pytest.mark.parametrize("substeps", [1, 3, 8])
 @pytest.mark.parametrize("intersample", ["held", "linear"])
 @pytest.mark.parametrize(
     ("g1", "f", "g2"),
@@ -84,10 +84,11 @@ def test_a_rig_with_nothing_but_a_gap_has_the_derivatives_of_its_borders():
     assert_exact(chain_with(block(0), PLAY, block(0)), observed())
 
 
-def test_cutting_the_run_changes_nothing(monkeypatch):
-    chain, seen = chain_with(block(3), PLAY, block(3), 3.3e-4), observed(substeps=4)
+@pytest.mark.parametrize(("at_once", "substeps"), [(300, 4), (301, 1), (303, 3)])
+def test_cutting_the_run_changes_nothing(at_once, substeps, monkeypatch):
+    chain, seen = chain_with(block(3), PLAY, block(3), 3.3e-4), observed(substeps=substeps)
     whole = sensitivities(chain, own_sizes(chain), seen).slopes()
-    monkeypatch.setattr(tangents_module, "AT_ONCE", 300)
+    monkeypatch.setattr(tangents_module, "AT_ONCE", at_once)
     assert np.allclose(sensitivities(chain, own_sizes(chain), seen).slopes(), whole, rtol=0, atol=1e-12)
 
 
