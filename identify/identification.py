@@ -115,6 +115,12 @@ class Identification:
         """Return G1 without dead time and G2 with all of it: only the sum shows. ``model`` keeps its file's shares."""
         return replace(self.model.g1, dead_time_s=0.0), replace(self.model.g2, dead_time_s=self.delay.value)
 
+    @property
+    def noise_words(self) -> str:
+        """Return where the figure of the noise is from, and whether it is coloured."""
+        coloured = any(o.colour.taps for o in self.observations)
+        return f"{'coloured ' if coloured else ''}noise from {self.noise.origin}"
+
     def to_dict(self) -> dict[str, object]:
         """Return the answer of ``rig identify --json``, schema rig.identify/1, less the rig-file form of the model."""
         own = self.own_points

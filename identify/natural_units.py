@@ -21,6 +21,8 @@ def shown_interval(interval: Interval, unit: str = "") -> str:
     """Return a value with its 95 % interval: ``9.9803 V ± 1.3 mV``, or both ends where they lie unevenly."""
     below, above = interval.value - interval.low, interval.high - interval.value
     half = 0.5 * (below + above)
+    if math.isfinite(interval.low) and interval.low != 0.0 and interval.high == math.inf:
+        return f"{shown(interval.value, unit)} (at least {shown(interval.low, unit, 3)})"
     if not (math.isfinite(interval.value) and math.isfinite(half)):
         return f"{shown(interval.value, unit)} (interval not bounded)"
     if half <= 0.0:

@@ -207,7 +207,7 @@ def _responses(found: Identification) -> list[dict[str, str]]:
 
 def _fit(found: Identification) -> dict[str, str]:
     return {
-        "rms": shown(found.rms_v, "V"), "noise": shown(found.noise.rms_v, "V"), "noise_from": found.noise.origin,
+        "rms": shown(found.rms_v, "V"), "noise": shown(found.noise.rms_v, "V"), "noise_from": found.noise_words,
         "percent": f"{found.fit_percent:.4g} %", "search": found.fit.sentence,
     }  # fmt: skip
 

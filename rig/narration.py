@@ -138,7 +138,7 @@ def identified(found: "Identification") -> Iterator[str]:
     if found.delay.value:
         yield f"  delay in all, given to G2: {shown_interval(found.delay, 's')}"
     yield from (f"  {name} in {stage}  {values}" for name, stage, values in physics_lines(found.model))
-    yield f"  fit {found.fit_percent:.4g} % of the variation of y; noise from {found.noise.origin}"
+    yield f"  fit {found.fit_percent:.4g} % of the variation of y; {found.noise_words}"
     yield from _untold("what these recordings cannot tell", found.not_identifiable)
     yield from (f"  warning: {text}" for text in found.warnings)
     if found.rms_v > FITTED * found.noise.rms_v:

@@ -28,6 +28,8 @@ def test_a_value_is_shown_in_the_unit_an_operator_would_use(value, unit, text):
     [
         (Interval(9.9803, 9.979, 9.9816), "9.9803 V ± 1.3 mV"),
         (Interval(1.25, 1.25, 1.25), "1.25 V (held fixed)"),
+        (Interval(1.25, 0.4, math.inf), "1.25 V (at least 400 mV)"),
+        (Interval(1.25, 0.0, math.inf), "1.25 V (interval not bounded)"),
         (Interval(1.25, -math.inf, math.inf), "1.25 V (interval not bounded)"),
         (Interval(10.0, 9.0, 13.0), "10.0 V (9 V to 13 V)"),
     ],
