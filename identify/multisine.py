@@ -20,6 +20,9 @@ from identify.periods import Complex, Period
 from identify.steady import Settled, beside_v, frequency_response, lines_of, settled, signal_of
 from identify.trace import Array
 
+MOST = 64  # lines of u
+FURTHEST = 20_000  # lines of y that are compared, at most
+
 
 @dataclass(frozen=True, eq=False)
 class Given:
@@ -36,8 +39,7 @@ def from_multisine(period: Period, given: Given, wider: float = 1.0) -> tuple[Me
     """Return G1 at every line of a multisine with 95 % intervals, stretched by ``wider``."""
     task, count = _Task(period, given), len(period.played)
     frequencies = (np.array(period.played) * period.base_hz).tolist()
-    if not task.play(task.v(task.start)).moves:
-        because = f"the gap is stuck during {period.name}: the output does not move"
+    if because := _untold(task):
         return tuple(MeasuredPoint(f, None, None, "multisine", because) for f in frequencies)
     x, left = least_squares(task.missed, task.rows, task.start)
     rows = task.rows(x)
@@ -47,6 +49,16 @@ def from_multisine(period: Period, given: Given, wider: float = 1.0) -> tuple[Me
     return tuple(
         point(f, (x[i], x[count + i]), (sd[i], sd[count + i]), "multisine") for i, f in enumerate(frequencies)
     )
+
+
+def _untold(task: "_Task") -> str:
+    """Return why a multisine tells nothing of G1, empty when it does."""
+    period = task.period
+    if len(period.played) > MOST or 8 * max(period.played) > min(task.beside_v.size, 4 * FURTHEST):
+        return f"{period.name} has too many lines, or too high ones, to be taken apart: {MOST} lines are"
+    if not task.play(task.v(task.start)).moves:
+        return f"the gap is stuck during {period.name}: the output does not move"
+    return ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +79,7 @@ class _Task:
     @cached_property
     def used(self) -> NDArray[np.int64]:
         """Return the lines of y that are compared."""
-        return np.arange(int(HIGHEST * self.period.u.size) + 1)
+        return np.arange(min(int(HIGHEST * self.period.u.size), FURTHEST, self.beside_v.size // 2 - 1) + 1)
 
     @cached_property
     def start(self) -> Array:
@@ -106,10 +118,12 @@ class _Task:
     def rows(self, x: Array) -> NDArray[np.float64]:
         """Return d missed / d x."""
         v, tones = self.v(x), self.tones(x)
-        w_moved = self.play(v).moved(signal_of(np.concatenate((tones, 1j * tones)), v.size))
-        lines = lines_of(w_moved, self.used.size) * self.g2(self.given.model)
+        play, two = self.play(v), self.g2(self.given.model)
+        lines = np.empty((self.used.size, 2 * len(tones)), dtype=np.complex128)
+        for i, tone in enumerate((*tones, *(1j * tones))):
+            lines[:, i] = lines_of(play.moved(signal_of(tone, v.size)), self.used.size) * two
         unsure = self.unsure(v, self.answer(v, self.given.model))
-        above = -self.weighed(np.concatenate((lines.T, unsure), axis=1))
+        above = -self.weighed(np.concatenate((lines, unsure), axis=1))
         below = np.hstack((np.zeros((unsure.shape[1], 2 * self.played.size)), np.eye(unsure.shape[1])))
         return np.concatenate((above, below))
 

@@ -18,6 +18,7 @@ from identify.trace import Array, Intersample, Trace, part
 Complex = NDArray[np.complex128]
 POWERFUL = 0.01  # share of the largest line above which a line of u counts as played
 PURE = 1e-4  # share of the played power that other lines may hold before u is no sine or multisine
+LONGEST = 1 << 21  # samples of a period that is looked at
 BATCH = 1 << 20  # samples transformed at once: bounds memory
 AROUND = 8  # neighbours on either side whose scatter is pooled with a line's own
 
@@ -83,7 +84,7 @@ def _period(trace: Trace, start: int, stop: int, settle_s: float, noise_v: float
     """Return the averaged period of one stretch; None when it has none, or u has lines that nobody put there."""
     size = period_of(part(trace.u, start, stop))
     first = start + max(round(settle_s * trace.rate_hz), size)
-    if size < 8 or stop - first < size:
+    if not 8 <= size <= LONGEST or stop - first < size:
         return None
     u = np.array(trace.u[first : first + size])
     played = _played(u)

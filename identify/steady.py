@@ -15,6 +15,7 @@ from identify.periods import Complex, Period
 from identify.trace import Array
 
 FINE = 512  # instants to a period of the highest line: a turning point is met to 2e-5 of its amplitude
+FINEST = 1 << 20  # instants of a period, at most: bounds memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +74,7 @@ def frequency_response(block: Rational, frequencies_hz: ArrayLike) -> Complex:
 
 def instants(period: Period) -> int:
     """Return on how many instants to draw one period."""
-    return 1 << int(np.ceil(np.log2(max(FINE * max(period.played), 2 * period.u.size))))
+    return min(1 << int(np.ceil(np.log2(max(FINE * max(period.played), 2 * period.u.size)))), FINEST)
 
 
 def beside_v(period: Period, model: Model) -> Array:

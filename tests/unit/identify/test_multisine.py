@@ -78,6 +78,13 @@ def test_a_multisine_within_the_gap_tells_nothing() -> None:
     assert all(p.gain is None and p.phase_rad is None and "stuck during" in p.because for p in found)
 
 
+def test_more_lines_than_can_be_taken_apart_are_refused_in_words(clean) -> None:
+    (period,) = periods(noisy(clean, 0.01, 1), 0.2, 0.01)
+    found = from_multisine(replace(period, played=tuple(range(1, 101))), Given(model_of(OP_AMP)))
+    assert len(found) == 100
+    assert all(p.gain is None and "too many lines" in p.because for p in found)
+
+
 def test_settled_play_of_a_sine_has_the_closed_harmonics_and_their_slope() -> None:
     orders = np.arange(9)
     found = settled(3.0 * np.cos(TURN + 1.0), BORDERS)
