@@ -103,7 +103,7 @@ def measured(sines: Sequence[Period], known: Known, wider: float = 1.0) -> Measu
     sd = np.sqrt(variance)
     freedom = count - round(float(np.sum(1.0 - variance / UNTOLD**2)))
     stretch = max(wider, np.sqrt(chi_squared / freedom) if freedom > 0 else 1.0)
-    one, two = _points(system, x, stretch * sd)
+    one, two = _points(system, x, sd, float(stretch))
     return Measured(tuple(_ordered([*one, *still])), tuple(_ordered([*two, *_missing(system)])), chi_squared, freedom)
 
 
@@ -186,12 +186,12 @@ def _curvature(system: Equations, x: Array, known: Known) -> Matrix:
     return np.asarray(rows.T @ rows)
 
 
-def _points(system: Equations, x: Array, sd: Array) -> tuple[list[MeasuredPoint], list[MeasuredPoint]]:
+def _points(system: Equations, x: Array, sd: Array, wider: float) -> tuple[list[MeasuredPoint], list[MeasuredPoint]]:
     """Return the points of G1 and of G2 that the equations hold."""
     gain1, phase1, gain2, phase2, _ = system.places
     one, two = (
         [
-            point(f, (x[gain.start + i], x[phase.start + i]), (sd[gain.start + i], sd[phase.start + i]), "harmonics")
+            point(f, (x[gain][i], x[phase][i]), (sd[gain][i], sd[phase][i]), "harmonics", wider)
             for i, f in enumerate(frequencies.tolist())
         ]
         for frequencies, gain, phase in ((system.g1_hz, gain1, phase1), (system.g2_hz, gain2, phase2))
@@ -199,18 +199,26 @@ def _points(system: Equations, x: Array, sd: Array) -> tuple[list[MeasuredPoint]
     return one, two
 
 
-def point(frequency_hz: float, value: tuple[float, float], sd: tuple[float, float], origin: str) -> MeasuredPoint:
-    """Return a point from log gain and phase (rad) and their standard deviations; none as wide as ``WIDEST``."""
+def point(
+    frequency_hz: float, value: tuple[float, float], sd: tuple[float, float], origin: str, wider: float
+) -> MeasuredPoint:
+    """Return a point from log gain and phase (rad) and what noise makes of them, ``wider`` for what the model misses.
+
+    A gain or phase whose standard deviation then reaches ``WIDEST`` has no number.
+    """
     size, phase = float(np.exp(value[0])), float(np.angle(np.exp(1j * value[1])))
-    half, turn = 1.96 * float(sd[0]), 1.96 * float(sd[1])
-    gain = Interval(size, size * float(np.exp(-half)), size * float(np.exp(half))) if sd[0] < WIDEST else None
-    spread = Interval(phase, phase - turn, phase + turn) if sd[1] < WIDEST else None
-    told = [_why(what, s) for what, s in zip(("gain", "phase"), sd, strict=True) if s >= WIDEST]
+    half, turn = 1.96 * wider * float(sd[0]), 1.96 * wider * float(sd[1])
+    known = [wider * s < WIDEST for s in sd]
+    gain = Interval(size, size * float(np.exp(-half)), size * float(np.exp(half))) if known[0] else None
+    spread = Interval(phase, phase - turn, phase + turn) if known[1] else None
+    told = [_why(what, s, wider) for what, s, k in zip(("gain", "phase"), sd, known, strict=True) if not k]
     return MeasuredPoint(frequency_hz, gain, spread, origin, "; ".join(told), NO_DEAD_TIME if spread else "")
 
 
-def _why(what: str, sd: float) -> str:
+def _why(what: str, sd: float, wider: float) -> str:
     """Return why a gain or a phase has no number."""
+    if sd < WIDEST:
+        return f"the model misses the recordings by {wider:.3g} times the noise, which leaves the {what} open"
     if sd < DIM:
         return f"the {what} hardly stands out of the noise: its standard deviation is {sd:.2g}"
     return INSEPARABLE if what == "gain" else "the phase hangs on that gain, or on a delay that nothing tells"

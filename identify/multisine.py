@@ -45,9 +45,9 @@ def from_multisine(period: Period, given: Given, wider: float = 1.0) -> tuple[Me
     rows = task.rows(x)
     freedom = left.size - x.size
     stretch = max(wider, float(np.sqrt(left @ left / freedom)) if freedom > 0 else 1.0)
-    sd = stretch * np.sqrt(variances(rows.T @ rows))
+    sd = np.sqrt(variances(rows.T @ rows))
     return tuple(
-        point(f, (x[i], x[count + i]), (sd[i], sd[count + i]), "multisine") for i, f in enumerate(frequencies)
+        point(f, (x[i], x[count + i]), (sd[i], sd[count + i]), "multisine", stretch) for i, f in enumerate(frequencies)
     )
 
 

@@ -119,6 +119,9 @@ def test_unsure_borders_widen_the_intervals(two_amplitudes) -> None:
     assert wide.phase_rad.high - wide.phase_rad.value == pytest.approx(1.96 * 0.01, rel=0.01)
     (stretched,) = measured(two_amplitudes, known, wider=7.0).g1
     assert np.log(stretched.gain.high / stretched.gain.low) > 4.0 * np.log(sharp.gain.high / sharp.gain.low)
+    (hopeless,) = measured(two_amplitudes, known, wider=1e6).g1
+    assert hopeless.gain is None
+    assert "misses the recordings by 1e+06 times the noise" in hopeless.because
 
 
 def test_sines_are_linked_by_the_harmonics_they_share() -> None:
