@@ -4,12 +4,14 @@ Told from what repeats, like its size (identify.noise): from differences between
 settled dwells freed of their trend. Where these are not white, an autoregressive model e[k] = sum a_j e[k-j] + n[k] is
 fitted to their autocovariance (Yule-Walker equations by Levinson's recursion), its order by Schwarz's criterion. The
 fit then weighs n[k], which is white: the filter 1 - sum a_j z^-j is run over residual and sensitivities alike.
+What lasts for a hundred readings (hum, drift) is physics to be explained and makes no colour.
 """
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.fft import next_fast_len
 from scipy.signal import detrend
 from scipy.stats import chi2
 
@@ -19,6 +21,8 @@ from identify.trace import Array, Mask, Trace, part
 HIGHEST = 8  # order
 FALSE_ALARMS = 1e-3  # share of white noises taken for coloured
 APART = 200  # samples that two readings are apart at least, to count as independent
+LASTING = 190  # samples, less than APART, looked at for what lasts: from half of them on noise has forgotten itself
+FAINT = 0.1  # correlation of readings that far apart which still passes for none
 SHORTEST = 100  # samples of a dwell whose trend can be told from its noise
 MOST = 1 << 20  # samples looked at: more tell nothing new
 COARSE = 2.0  # times the noise of an ADC's steps, from which the noise has a colour of its own
@@ -78,17 +82,32 @@ def colour_of(differences: Sequence[Array]) -> Colour:
     size = sum(d.size for d in differences)
     if size < ENOUGH:
         return WHITE
-    covariance = np.array([sum(float(d[lag:] @ d[: d.size - lag]) for d in differences) for lag in range(HIGHEST + 1)])
+    covariance = np.sum([_autocovariance(d) for d in differences], axis=0)
     if covariance[0] <= 0.0:
         return WHITE
+    correlation = covariance / covariance[0]
     independent = size / 1.5  # neighbouring differences between periods share readings
-    told = independent * float(np.sum(np.square(covariance[1:] / covariance[0])))
-    if told < chi2.ppf(1.0 - FALSE_ALARMS, HIGHEST):
+    told = independent * float(np.sum(np.square(correlation[1 : HIGHEST + 1])))
+    if told < chi2.ppf(1.0 - FALSE_ALARMS, HIGHEST) or _lasts(correlation, independent):
         return WHITE
-    models = _levinson(covariance / covariance[0])
+    models = _levinson(correlation[: HIGHEST + 1])
     scores = [independent * np.log(left) + len(taps) * np.log(independent) for taps, left in models]
     taps, left = models[int(np.argmin(scores))]
     return Colour(tuple(taps.tolist()), 1.0 / float(np.sqrt(left)))
+
+
+def _autocovariance(d: Array) -> Array:
+    """Return the sums of products of values 0, 1, ... LASTING - 1 apart."""
+    spectrum = np.fft.rfft(d, next_fast_len(d.size + LASTING, real=True))
+    found = np.fft.irfft(np.square(np.abs(spectrum)), next_fast_len(d.size + LASTING, real=True))
+    return np.asarray(found[:LASTING])
+
+
+def _lasts(correlation: Array, independent: float) -> bool:
+    """Return whether readings far apart still hang together: hum and drift do, and are physics to be explained."""
+    near, far = correlation[1 : LASTING // 2], correlation[LASTING // 2 :]
+    scatter = np.sqrt((1.0 + 2.0 * float(np.sum(np.square(near)))) / independent)
+    return bool(np.max(np.abs(far)) > FAINT + 4.0 * scatter)
 
 
 def _levinson(correlation: Array) -> list[tuple[Array, float]]:

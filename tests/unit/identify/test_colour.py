@@ -42,6 +42,13 @@ def test_white_noise_stays_white():
     assert all(colour_of([noise(5000, (), seed)]) == WHITE for seed in range(100))
 
 
+@pytest.mark.parametrize("slow", ["hum", "drift"])
+def test_what_lasts_is_physics_and_no_colour(slow):
+    t = np.arange(20_000) / 1e4
+    added = 5.0 * np.sin(2.0 * np.pi * 50.0 * t + 1.0) if slow == "hum" else 3.0 * t
+    assert colour_of([noise(t.size, (), 4) + added]) == WHITE
+
+
 def test_the_filter_takes_any_chunks_and_leaves_out_what_has_no_past():
     colour, values = Colour((0.5, -0.2), 1.3), np.random.default_rng(3).normal(size=(50, 3))
     use = np.ones(50, dtype=bool)
