@@ -39,6 +39,8 @@ from identify.start import stabilised, started
 from identify.stepping import settled
 from identify.trace import Trace, intersample_of
 
+BETTER = 4.0  # fall of chi-squared below which chance alone prefers another minimum to the one nearest the rig file
+
 
 def identify(
     model: Model, traces: Sequence[Trace], progress: Callable[[str, float], None] | None = None,
@@ -124,7 +126,7 @@ def fitted(
     first = within_reach(fit(start, observations, chain.values, model.fixed), observations, model.fixed)
     seen, found = settled(first, observations, model.fixed)
     better = found if freedom is None else sought(model, Judge(seen, freedom), found, start)
-    if better is found:
+    if found.converged and found.cost - better.cost < BETTER:
         return seen, found
     return settled(within_reach(better, seen, model.fixed), seen, model.fixed)
 

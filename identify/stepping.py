@@ -17,7 +17,7 @@ from identify.observe import FINEST, LARGEST, SEEN, Observation
 from identify.trace import Array
 
 ROUNDS = 3  # of measuring what is left out and fitting again, at most
-STAYED = 1.0  # how far a fit may move for what was left out to stay, in sd of its residual
+STAYED = 2.0  # how far a fit may move, in sd of its residual: a twentieth of that is what the left out changes by
 ITERATIONS = 100  # of a fit in a round
 
 
