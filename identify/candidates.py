@@ -23,7 +23,7 @@ from identify.trace import Array
 
 KEEP_OFF = 0.97  # of the level at which a rail, a limit of the reading or the end of the input is met
 CLEAR = 1.15  # of the amplitude at which the gap begins to move
-SPANS, RUNGS, DWELLS = (1.0, 0.8, 0.62), (1, 2, 4, 8), (0.15, 0.4, 1.0)
+SPANS, RUNGS, DWELLS = (1.0, 0.75, 0.5), (1, 2, 4, 8), (0.15, 0.4, 1.0)
 SLOWER = 1.4  # a rig 30 % slower than its file must still settle within a dwell that counts as settled
 AMPLITUDES = 4
 FREQUENCIES = 10
@@ -120,9 +120,9 @@ class Offer:
     rails_w: tuple[float, float] = (-np.inf, np.inf)
 
     def candidates(self) -> tuple[Candidate, ...]:
-        """Return all stimuli on offer."""
+        """Return all stimuli on offer, those included that take too long."""
         found: list[Candidate] = [*self._stairs(), *self._tones(), *self._chords()]
-        return tuple(c for c in found if c.time_s <= 0.5 * self.room.time_s and self._fits(c))
+        return tuple(c for c in found if self._fits(c))
 
     @cached_property
     def gap(self) -> Gap | None:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.allocation import Choice, thinned, whole
-from identify.candidates import Candidate, Chord, Offer, Room, Stairs, Tone, gain_at, gap_of, offered
+from identify.candidates import Candidate, Chord, Offer, Room, Stairs, Tone, gain_at, gap_of, offered, rounded
 from identify.chain import Chain, plain_chain, signals
 from identify.effects import chain_of
 from identify.fit import Coordinate, coordinates_of
@@ -28,6 +28,7 @@ OFF = 0.3
 SIGNS = ((1, -1, 1, 1), (-1, 1, -1, -1), (1, 1, -1, 1), (-1, -1, 1, -1))
 """Of the gap, the slopes, the time constants of G1 and of G2: corners of the tolerances; the first is hard to move."""
 RUN = "planned"
+MOST_OF_TIME = 0.5  # that one repetition of a stimulus may take
 NOTICED = 0.03  # of the time: the least for sines that must be there
 APART = 1.1  # least ratio of two amplitudes that tell |G1| from |G2|
 
@@ -45,29 +46,39 @@ class Design:
 def designed(model: Model, room: Room, noise_v: float, note: Note = lambda sentence, share: None) -> Design:
     """Return the protocol for a rig. Raises ValueError with one sentence for a rig or a room it cannot design for."""
     offer = offered(model, room)
-    candidates = offer.candidates()
-    _check_enough(offer, candidates)
-    choice, kept = weighed(model, offer, candidates, noise_v, note)
-    candidates = tuple(c for c, keep in zip(candidates, kept, strict=True) if keep)
+    candidates = _usable(offer)
+    choice = weighed(model, offer, candidates, noise_v, note)
     note("choosing", 0.85)
     chosen, counts = _chosen(choice, candidates, room.time_s)
     steps = tuple((candidates[k], n) for k, n in zip(chosen, counts, strict=True) if n)
     return Design(tuple(sorted(steps, key=_order)), sum(c.time_s * n for c, n in steps))
 
 
-def _check_enough(offer: Offer, candidates: tuple[Candidate, ...]) -> None:
-    """Raise ValueError when what is left on offer cannot make a protocol."""
-    room = offer.room
-    slow = np.isfinite(room.slew_v_per_s)
-    if slow and not candidates:
+def _usable(offer: Offer) -> tuple[Candidate, ...]:
+    """Return what fits the time and keeps w and y in range; ValueError where no protocol can be made of it."""
+    room, on_offer = offer.room, offer.candidates()
+    walks = [c for c in on_offer if isinstance(c, Stairs) and c.readable]
+    short = tuple(c for c in on_offer if c.time_s <= MOST_OF_TIME * room.time_s)
+    found = tuple(c for c in short if _stays_off(offer, c))
+    if np.isfinite(room.slew_v_per_s):
+        if found:
+            return found
         raise ValueError(
             f"nothing that moves F stays below {room.slew_v_per_s:g} V/s in {room.time_s:g} s; allow a steeper slope"
         )
-    if not slow and not any(isinstance(c, Stairs) and c.readable for c in candidates):
+    if not walks:
+        raise ValueError(f"no walk within {offer.span_v:.3g} V meets either border on two levels; widen the limit")
+    least_s = min(c.time_s for c in walks)
+    if least_s > MOST_OF_TIME * room.time_s:
         raise ValueError(
-            f"{room.time_s:g} s is too short: levels that settle take {offer.settled_dwell_s:g} s each, and a walk of "
-            f"four of them not more than half of the time; allow {8.0 * offer.settled_dwell_s:g} s"
+            f"{room.time_s:g} s is too short: the shortest walk of which every level settles takes {least_s:.3g} s, "
+            f"which is to be no more than half of the time; allow {rounded(least_s / MOST_OF_TIME, up=True):g} s"
         )
+    if not any(isinstance(c, Stairs) and c.readable for c in found):
+        raise ValueError(
+            "every walk rings so far that w meets a rail or y leaves the range of the reading; lower the limit"
+        )
+    return found
 
 
 def _order(step: tuple[Candidate, int]) -> tuple[int, float]:
@@ -120,11 +131,9 @@ def _best(gains: Array, among: list[bool]) -> int:
 
 def weighed(
     model: Model, offer: Offer, candidates: tuple[Candidate, ...], noise_v: float, note: Note
-) -> tuple[Choice, NDArray[np.bool_]]:
-    """Return the information of every candidate that stays off the rails and within the reading, and which do."""
+) -> Choice:
+    """Return the information of one repetition of every candidate about the rig and about rigs 30 % off."""
     rigs = [model, *(off(model, signs) for signs in SIGNS)]
-    kept = np.array([_stays_off(model, offer, c) for c in candidates])
-    remaining = [c for c, keep in zip(candidates, kept, strict=True) if keep]
     frequencies = corners_hz(chain_of(model), offer.room.rate_hz)
     matrices, slopes, prior = [], [], np.zeros((0, 0))
     asked: tuple[Quantity, ...] = ()
@@ -134,10 +143,10 @@ def weighed(
         coordinates = coordinates_of(chain, chain.values, [RUN], rig.fixed)
         asked = quantities(chain, coordinates, frequencies)
         slopes.append([q.slope / q.size for q in asked])
-        matrices.append([_repetition(chain, coordinates, c, offer, noise_v) for c in remaining])
+        matrices.append([_repetition(chain, coordinates, c, offer, noise_v) for c in candidates])
         prior = prior_of(coordinates)
-    times_s = np.array([c.time_s for c in remaining])
-    return Choice(np.array(matrices), np.array(slopes), _weights(asked, len(rigs)), prior, times_s), kept
+    times_s = np.array([c.time_s for c in candidates])
+    return Choice(np.array(matrices), np.array(slopes), _weights(asked, len(rigs)), prior, times_s)
 
 
 def _weights(asked: Sequence[Quantity], rigs: int) -> NDArray[np.float64]:
@@ -167,10 +176,10 @@ def _repetition(
     return np.asarray(by_step(chain, coordinates, [Observation(trace, use, noise_v)])[1][1])
 
 
-def _stays_off(model: Model, offer: Offer, candidate: Candidate) -> bool:
+def _stays_off(offer: Offer, candidate: Candidate) -> bool:
     """Return whether w keeps off the known rails and y within the range of the reading."""
     u, _ = _led(candidate, offer)
-    plain = plain_chain(model)
+    plain = plain_chain(offer.model)
     taps = signals(plain, Trace(RUN, offer.room.rate_hz, u, np.broadcast_to(0.0, u.shape)))
     w, y = taps[plain.index(Place.F) - 1], taps[-1]
     inside = np.min(w) >= offer.rails_w[0] and np.max(w) <= offer.rails_w[1]

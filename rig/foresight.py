@@ -24,7 +24,7 @@ SCHEMA = "rig.check/1"
 
 @dataclass(frozen=True)
 class Foresight:
-    """What is expected of a run; ``information`` is None where the protocol names no rig.
+    """What is expected of a run; ``information`` is None where nothing can be, and ``why_not`` says why.
 
     ``untold`` are the points of G1 and G2 that its sines leave to the orders of the rig file.
     """
@@ -34,6 +34,7 @@ class Foresight:
     noise_v: float = 0.0
     noise_from: str = ""
     untold: "tuple[Unidentifiable, ...]" = ()
+    why_not: str = ""
 
 
 def foreseen(found: Checked) -> Foresight:
@@ -42,10 +43,10 @@ def foreseen(found: Checked) -> Foresight:
     Raises RefusedError where the rig's blocks cannot be simulated.
     """
     if not found.plan.rig_text:
-        return Foresight((), None)
+        return Foresight((), None, why_not="the protocol names no rig")
     model = parse_rig(found.plan.rig_text, found.plan.rig_path or "the rig").model
     if model.unknown:
-        return Foresight((), None)
+        return Foresight((), None, why_not="the rig file gives orders and no values")
     noise_v, origin = expected_noise(model, found.capabilities)
     return foreseen_plan(found.plan, model, noise_v, origin)
 

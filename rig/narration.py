@@ -9,7 +9,7 @@ from rig.units import show
 if TYPE_CHECKING:
     from identify.explain.explanation import Explanation, Finding
     from identify.identification import Identification, Unidentifiable
-    from identify.information import Information
+    from identify.information import Information, StepInformation
     from rig.design import Designed
     from rig.foresight import Foresight
     from rig.recorded import Recording
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from rig.workflow import Simulated
 
 MOST_SHARES = 3
+MOST_STEPS = 12
 LEAST_SHARE = 0.05
 
 
@@ -41,7 +42,9 @@ def checked(found: "Checked") -> Iterator[str]:
 
 def foreseen(told: "Foresight") -> Iterator[str]:
     """Tell how sure the answer would be, which step it would come from, and what to change."""
-    if told.information is not None:
+    if told.information is None:
+        yield f"  expected  cannot be told: {told.why_not}"
+    else:
         noise = f"noise {shown(told.noise_v, 'V', 3)} ({told.noise_from})"
         yield f"  expected  95 % intervals where the rig is as its file says, {noise}:"
         yield from (f"    {line}" for line in expected_lines(told.information))
@@ -138,11 +141,24 @@ def identified(found: "Identification") -> Iterator[str]:
     if found.delay.value:
         yield f"  delay in all, given to G2: {shown_interval(found.delay, 's')}"
     yield from (f"  {name} in {stage}  {values}" for name, stage, values in physics_lines(found.model))
+    yield from _step_lines(found.steps)
     yield f"  fit {found.fit_percent:.4g} % of the variation of y; {found.noise_words}"
     yield from _untold("what these recordings cannot tell", found.not_identifiable)
     yield from (f"  warning: {text}" for text in found.warnings)
     if found.rms_v > FITTED * found.noise.rms_v:
         yield "  next: `rig explain` with the same recordings looks for what is missing"
+
+
+def _step_lines(steps: "Sequence[StepInformation]") -> Iterator[str]:
+    """Tell what every step brought, in the two estimates it is the largest part of."""
+    if len(steps) > 1:
+        yield "  which step told what:"
+    for step in steps[:MOST_STEPS] if len(steps) > 1 else ():
+        shares = sorted(step.shares.items(), key=lambda item: -item[1])[:2]
+        told = ", ".join(f"{100.0 * share:.0f} % of {name}" for name, share in shares if share >= 0.01)
+        yield f"    {step.label} ({_time(step.time_s)})  {told or 'nothing'}"
+    if len(steps) > MOST_STEPS:
+        yield f"    and {len(steps) - MOST_STEPS} more"
 
 
 def _untold(heading: str, items: "Sequence[Unidentifiable]") -> Iterator[str]:

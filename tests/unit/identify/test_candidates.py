@@ -31,7 +31,6 @@ def test_everything_stays_within_the_room_and_repeats_exactly(model: Model, room
         assert u.max() <= room.high_v
         assert np.max(np.abs(np.diff(u, prepend=0.0))) * room.rate_hz <= room.slew_v_per_s
         assert u.size == pytest.approx(candidate.time_s * room.rate_hz, abs=1e-6 * u.size)
-        assert candidate.time_s <= 10.0
 
 
 def test_sines_move_the_gap_off_the_mains() -> None:

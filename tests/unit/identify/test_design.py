@@ -36,8 +36,11 @@ def test_f_can_be_read_without_dynamics_and_g1_told_from_g2_without_orders(found
 
 
 def test_too_short_a_time_and_too_slow_an_input_are_refused() -> None:
-    with pytest.raises(ValueError, match=r"1 s is too short.*allow \d"):
+    with pytest.raises(ValueError, match=r"1 s is too short: .* takes 1.18 s, .* allow 2.36 s"):
         designed(MODEL, replace(ROOM, time_s=1.0), 0.01)
+    ringing = Rational((1.0,), (1e-4, 2e-3, 1.0))
+    with pytest.raises(ValueError, match="rings so far"):
+        designed(replace(RC, g2=ringing), replace(ROOM, reading_v=2.6, time_s=60.0), 0.01)
     with pytest.raises(ValueError, match="allow a steeper slope"):
         designed(MODEL, replace(ROOM, slew_v_per_s=1e-3), 0.01)
 
