@@ -7,7 +7,7 @@ fit then weighs n[k], which is white: the filter 1 - sum a_j z^-j is run over re
 What lasts for a hundred readings (hum, drift) is physics to be explained and makes no colour.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +24,8 @@ APART = 200  # samples that two readings are apart at least, to count as indepen
 LASTING = 190  # samples, less than APART, looked at for what lasts: from half of them on noise has forgotten itself
 FAINT = 0.1  # correlation of readings that far apart which still passes for none
 SHORTEST = 100  # samples of a dwell whose trend can be told from its noise
-MOST = 1 << 20  # samples looked at: more tell nothing new
+MOST = 1 << 20  # samples of a stretch looked at: more tell nothing new
+IN_ALL = 1 << 22  # samples of all stretches looked at: bounds memory
 COARSE = 2.0  # times the noise of an ADC's steps, from which the noise has a colour of its own
 ENOUGH = 1000  # readings needed to tell a colour
 
@@ -141,11 +142,23 @@ def grains_of(traces: Sequence[Trace], settle_s: float) -> dict[float, Grain]:
     for rate in {trace.rate_hz for trace in traces}:
         there = [trace for trace in traces if trace.rate_hz == rate]
         for tell in (_between_periods, _within_dwells):
-            told = [d for trace in there for d in tell(trace, round(settle_s * rate))]
+            told = _collected(d for trace in there for d in tell(trace, round(settle_s * rate)))
             if sum(d.size for d in told) >= ENOUGH:
                 found[rate] = _grain(told, floor)
                 break
     return found if any(grain.colour.taps for grain in found.values()) else {}
+
+
+def _collected(pieces: Iterable[Array]) -> list[Array]:
+    """Return the first pieces, as many as hold ``IN_ALL`` readings."""
+    found: list[Array] = []
+    size = 0
+    for piece in pieces:
+        found.append(piece)
+        size += piece.size
+        if size >= IN_ALL:
+            break
+    return found
 
 
 def _grain(differences: Sequence[Array], floor: float) -> Grain:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from identify import between, chain, excitation, inflation, noise, periods, tangents
+from identify import between, chain, colour, early, excitation, inflation, noise, periods, tangents
 from identify.trace import blocks, regrouped
 from rig import recordingfile, workflow
 from tests.benchmarks import large_recording
@@ -25,6 +25,9 @@ def _small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(noise, "BEGINNINGS", (PREFIX,))
     monkeypatch.setattr(excitation, "LONGEST", PREFIX)
     monkeypatch.setattr(inflation, "TOGETHER", BLOCK // 1000 * 1000)
+    monkeypatch.setattr(colour, "MOST", BLOCK)
+    monkeypatch.setattr(colour, "IN_ALL", 4 * BLOCK)
+    monkeypatch.setattr(early, "TRIED", PREFIX)
     monkeypatch.setattr(periods, "BATCH", BLOCK)
     monkeypatch.setattr(between, "AT_ONCE", BLOCK)
     monkeypatch.setattr(recordingfile, "AT_ONCE", BLOCK)
@@ -46,5 +49,5 @@ def identified(path: Path, samples: int) -> int:
 def test_no_array_of_numbers_is_as_long_as_the_run(tmp_path: Path) -> None:
     identified(tmp_path / "first.h5", 20_000)  # what is imported and compiled once
     samples = 500_000
-    kept = 2 * samples  # what the samples' grid leaves out, in half precision
+    kept = 2 * 2 * samples  # what the samples' grid leaves out, in half precision, before a search and after it
     assert identified(tmp_path / "long.h5", samples) < 8 * samples + kept
