@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identify.chain import Chain, model_of, plain_chain
+from identify.early import TRIED
 from identify.fit import Fit, fit
 from identify.identification import StairPoint
 from identify.model import Backlash, Model, Rational
@@ -56,7 +57,7 @@ def valued(model: Model, traces: Sequence[Trace]) -> Model:
     """
     if not model.unknown:
         return model
-    search = _search(model, traces)
+    search = _search(model, [trace.until(TRIED) for trace in traces])
     best: Fit | None = None
     for round_number in range(ROUNDS):
         found = _best(search, np.random.default_rng(round_number), intersample_of(traces))
