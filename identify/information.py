@@ -6,6 +6,7 @@ whole; step s enters it with g' C I_s C g, the part of that variance that its ow
 one, so they are the shares in which the steps make the estimate.
 """
 
+from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -170,9 +171,8 @@ def by_step(
             found.setdefault(step.label, np.zeros((len(coordinates), len(coordinates))))
         used = _used(steps, observation)
         for first, slopes in _slopes(chain, coordinates, observation):
-            for step, start, stop in used:
-                part = slopes[:, max(start - first, 0) : max(stop - first, 0)]
-                found[step.label] += part @ part.T
+            for label, part in _within(used, first, slopes.shape[1]):
+                found[label] += slopes[:, part] @ slopes[:, part].T
     return tuple(found), np.array(list(found.values()))
 
 
@@ -184,9 +184,17 @@ def _slopes(chain: Chain, coordinates: Sequence[Coordinate], observation: Observ
         first += residual.size
 
 
-def _used(steps: Sequence[Step], observation: Observation) -> list[tuple[Step, int, int]]:
-    """Return every step with the count of used readings before its start and before its stop."""
+def _within(used: Sequence[tuple[str, int, int]], first: int, count: int) -> Iterator[tuple[str, slice]]:
+    """Yield the label of every step that has some of the used readings first ... first + count, and which of these."""
+    for label, start, stop in used[bisect_right(used, first, key=lambda step: step[2]) :]:
+        if start >= first + count:
+            return
+        yield label, slice(max(start - first, 0), min(stop - first, count))
+
+
+def _used(steps: Sequence[Step], observation: Observation) -> list[tuple[str, int, int]]:
+    """Return the labels in the order of time, with the count of used readings before start and before stop of each."""
     edges = sorted({0, *(edge for step in steps for edge in (step.start, step.stop))})
     counts = [int(np.count_nonzero(observation.use[a:b])) for a, b in pairwise(edges)]
     before = dict(zip(edges, np.cumsum([0, *counts]).tolist(), strict=True))
-    return [(step, before[step.start], before[step.stop]) for step in steps]
+    return sorted(((s.label, before[s.start], before[s.stop]) for s in steps), key=lambda step: step[1:])
