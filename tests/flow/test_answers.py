@@ -118,7 +118,7 @@ def test_a_run_over_a_real_port_is_identified_as_on_the_loopback(folder: Path, i
         assert two[0] <= one[1]
 
 
-@pytest.mark.parametrize("after_s", [0.1, 0.3, 1.0, 2.0])
+@pytest.mark.parametrize("after_s", [1.0, 2.0])
 def test_an_explanation_can_be_stopped(folder: Path, recording: Path, after_s: float) -> None:
     with start("explain", recording, cwd=folder) as working:
         time.sleep(after_s)
