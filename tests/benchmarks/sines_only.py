@@ -140,6 +140,12 @@ def gain(bench: Bench, found: Identification) -> float:
     return float(truth - chi_squared(found.fit.chain, o))
 
 
+def _held(told: Certainty, name: str, true: float) -> bool:
+    """Return whether the answer's own 95 % interval holds a true value."""
+    interval = told.interval(name)
+    return interval.low <= true <= interval.high
+
+
 def table(bench: Bench, realisations: int, beside: Bench | None) -> None:
     """Print one bench."""
     found = [bench.identified(seed) for seed in range(realisations)]
@@ -154,7 +160,7 @@ def table(bench: Bench, realisations: int, beside: Bench | None) -> None:
         z = np.array([row[name][0] for row in rows if name in row])
         told = f"{other[name]:>12.2g}" if name in other else ""
         print(f"  {name:<14}{bench.truth[name]:>10.4g}{rows[0][name][1]:>12.2g}{np.sqrt(np.mean(z**2)):>12.2f}"
-              f"{100.0 * np.mean(np.abs(z) < 1.96):>6.0f} %{told}")
+              f"{100.0 * np.mean([_held(f.certainty, name, bench.truth[name]) for f in found]):>6.0f} %{told}")
 
 
 def main(realisations: int) -> None:
