@@ -97,8 +97,8 @@ class Levels:
 def levels(made: Experiment, decibels: float, seeds: Sequence[int]) -> Levels:
     """Return the levels at one signal-to-noise ratio; ours are those of the borders found.
 
-    Settled readings do not tell G1 and G2, which are held; free, an overshoot of G1 within their reach shifts the borders
-    (physics.md 1.6), which the paper rules out.
+    Settled readings do not tell G1 and G2, which are held at the truth; free, an overshoot of G1 within their reach
+    shifts the borders (physics.md 1.6), which the paper rules out.
     """
     noise_v, theirs, ours = made.noise_v(decibels), [], []
     model = replace(rig_file(0.0), f=rig_file().f, fixed=("G1", "G2", "delay"))
