@@ -26,6 +26,10 @@ PULL_STEP = 1e-4  # of the differences of a pull's law, in search coordinates
 HALVED = -0.5  # relative step by which a value searched in its log may fall at once
 RADIUS = 0.5  # first half width of the trust box, in search coordinates
 ROUNDING = 1e-14  # relative curvature that is nothing but rounding
+STALLED = 1e-9  # half width of the box at which no step helps
+POOR = 0.25  # share of the expected gain below which a trial is taken one step further
+VISIBLE = 0.01  # an expected gain in cost that is a tenth of a standard deviation
+STILL = 1e-6  # expected gain, relative to the cost, below which rounding and corners stop a model that does not fit
 NEGLIGIBLE = 1e-4  # an expected gain in cost that no test could see ends the search
 
 
@@ -195,6 +199,14 @@ class _Problem:
         """Return which values are searched in their log."""
         return np.array([c.parameter.coordinate == "log" for c in self.coordinates], dtype=np.bool_)
 
+    def step(
+        self, matrix: NDArray[np.float64], right: Array, theta: Array, radius: float
+    ) -> tuple[Array, float]:
+        """Return the best step within bounds and a box of half width ``radius``, and the gain in cost it promises."""
+        low, high = np.maximum(-self.bound - theta, -radius), np.minimum(self.bound - theta, radius)
+        step = boxed_step(matrix, right, low, high)
+        return step, float(step @ (2.0 * right - matrix @ step))
+
     def cost(self, theta: Array) -> float:
         """Return chi-squared plus prior; infinity where the chain cannot be simulated."""
         total = float(np.sum(np.square(theta / self.prior_sd)))
@@ -243,14 +255,14 @@ def _search(problem: _Problem, theta: Array, iterations: int) -> Fit:
     converged, sentence = False, f"no minimum within {iterations} iterations"
     matrix, right = problem.normal(theta)
     for _ in range(iterations):
-        low, high = np.maximum(-problem.bound - theta, -radius), np.minimum(problem.bound - theta, radius)
-        step = boxed_step(matrix, right, low, high)
-        expected = float(step @ (2.0 * right - matrix @ step))
-        if expected < NEGLIGIBLE or radius < 1e-9:
-            converged, sentence = True, "converged"
+        step, expected = problem.step(matrix, right, theta, radius)
+        if expected < NEGLIGIBLE or radius < STALLED:
+            converged, sentence = _ending(problem.step(matrix, right, theta, np.inf)[1], cost)
             break
         there = problem.moved(theta, step)
         trial = problem.cost(there)
+        if cost - trial < POOR * expected:
+            there, trial = min((there, trial), _mended(problem, there, radius), key=lambda found: found[1])
         gain = (cost - trial) / expected
         radius = radius * 3.0 if gain > 0.75 else radius if gain > 0.25 else 0.25 * float(np.max(np.abs(step)))
         if gain > 0.0:
@@ -259,6 +271,23 @@ def _search(problem: _Problem, theta: Array, iterations: int) -> Fit:
     covariance = inverse(matrix)
     beyond = float(right @ covariance @ right)
     return Fit(problem.at(theta), problem.coordinates, theta, cost, covariance, converged, sentence, beyond)
+
+
+def _mended(problem: _Problem, theta: Array, radius: float) -> tuple[Array, float]:
+    """Return where one more step leads from a trial that did not help, and the cost there.
+
+    In a narrow bent valley a step along its floor ends on a wall: from there a step leads back down, far along.
+    """
+    matrix, right = problem.normal(theta)
+    there = problem.moved(theta, problem.step(matrix, right, theta, radius)[0])
+    return there, problem.cost(there)
+
+
+def _ending(left: float, cost: float) -> tuple[bool, str]:
+    """Return whether a search that takes no more steps has converged; a free step would promise to gain ``left``."""
+    if left < max(VISIBLE, STILL * cost):
+        return True, "converged"
+    return False, f"no step leads down any more, although the slope promises {left:.2g} of chi-squared"
 
 
 def boxed_step(matrix: NDArray[np.float64], right: Array, low: Array, high: Array) -> Array:

@@ -128,12 +128,17 @@ def confirmed(model: Model, judge: Judge, found: Fit, start: Chain) -> Fit:
             again = fit(freed(found.chain, model.fixed), judge.observations, None, model.fixed, PATIENCE)
             found = _better(found, again)
     rng = np.random.default_rng(1)
-    for _ in range(OPINIONS if doubtful(found) else 0):
-        chain = around(found.chain, model.fixed, rng, NEAR)
+    for k in range(OPINIONS if doubtful(found) else 0):
+        chain = around(found.chain if k % 2 else _with_borders_of(found.chain, start), model.fixed, rng, NEAR)
         if DELAY in chain.values:
             chain = chain.with_values({DELAY: start.values[DELAY] * float(np.exp(NEAR * rng.standard_normal()))})
         found = _better(found, fit(freed(chain, model.fixed), judge.observations, None, model.fixed, PATIENCE))
     return found
+
+
+def _with_borders_of(chain: Chain, start: Chain) -> Chain:
+    """Return the start with the borders found: its blocks may lie in another minimum, zeros on the other side of 0."""
+    return start.with_values({n: v for n, v in chain.values.items() if n.startswith("F.") and n in start.values})
 
 
 def _better(one: Fit, other: Fit) -> Fit:
@@ -142,7 +147,14 @@ def _better(one: Fit, other: Fit) -> Fit:
 
 
 def doubtful(fitted: Fit) -> bool:
-    """Return whether the data tell a time constant or a delay only roughly: neither well nor not at all."""
+    """Return whether there may be a second minimum near.
+
+    That is so where the data tell a time constant or a delay only roughly, neither well nor not at all, and where a
+    searched delay meets enough poles and zeros to trade it for.
+    """
+    names = [c.name for c in fitted.coordinates]
+    if DELAY in names and any(".num." in name or ".section" in name for name in names):
+        return True
     for i, c in enumerate(fitted.coordinates):
         if c.parameter.coordinate == "log" and VAGUE < float(np.sqrt(fitted.covariance[i, i])) < UNSEEN * c.prior_sd:
             return True
