@@ -11,11 +11,11 @@ from math import exp, isfinite, log
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import LinAlgError, eigh
-from scipy.optimize import lsq_linear
+from scipy.linalg import LinAlgError
 
 from identify.chain import Chain, local_name
 from identify.observe import Observation
+from identify.quadratic import boxed_step, inverse
 from identify.sensitivities import sensitivities
 from identify.stage import Parameter, is_fixed
 from identify.trace import Array
@@ -25,7 +25,6 @@ WIDE_LINEAR = 10.0  # sd of the prior on a linear coordinate, in units of its sc
 PULL_STEP = 1e-4  # of the differences of a pull's law, in search coordinates
 HALVED = -0.5  # relative step by which a value searched in its log may fall at once
 RADIUS = 0.5  # first half width of the trust box, in search coordinates
-ROUNDING = 1e-14  # relative curvature that is nothing but rounding
 STALLED = 1e-9  # half width of the box at which no step helps
 POOR = 0.25  # share of the expected gain below which a trial is taken one step further
 VISIBLE = 0.01  # an expected gain in cost that is a tenth of a standard deviation
@@ -288,39 +287,6 @@ def _ending(left: float, cost: float) -> tuple[bool, str]:
     if left < max(VISIBLE, STILL * cost):
         return True, "converged"
     return False, f"no step leads down any more, although the slope promises {left:.2g} of chi-squared"
-
-
-def boxed_step(matrix: NDArray[np.float64], right: Array, low: Array, high: Array) -> Array:
-    """Return the minimiser of the quadratic model inside a box.
-
-    The plain solution is taken where it lies inside; else bounded-variable least squares on a square root of the matrix
-    (Stark and Parker, Computational Statistics 10 (1995) 129).
-    """
-    scale, curvatures, axes = resolved(matrix)
-    roots = np.sqrt(curvatures)
-    factor, target = roots[:, None] * axes.T, axes.T @ (right * scale) / roots
-    wanted = axes @ (target / roots)
-    if np.all((wanted >= low / scale) & (wanted <= high / scale)):
-        return np.asarray(wanted * scale)
-    found = lsq_linear(factor, target, (low / scale, high / scale), method="bvls")
-    return np.asarray(np.clip(found.x * scale, low, high))
-
-
-def inverse(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the covariance that belongs to a normal matrix; what the data do not tell stays uncertain."""
-    scale, curvatures, axes = resolved(matrix)
-    return np.asarray((axes / curvatures) @ axes.T * np.outer(scale, scale))
-
-
-def resolved(matrix: NDArray[np.float64]) -> tuple[Array, Array, NDArray[np.float64]]:
-    """Return (scale, curvatures, axes) of a normal matrix in units in which its diagonal is one.
-
-    In these units a curvature given by the prior alone is not lost beside large ones. Directions in which several
-    parameters do the same keep a curvature of rounding size, never zero or less.
-    """
-    scale = 1.0 / np.sqrt(np.diag(matrix))
-    curvatures, axes = eigh(matrix * np.outer(scale, scale))
-    return scale, np.maximum(curvatures, ROUNDING * np.max(curvatures, initial=0.0)), axes
 
 
 def _failed(problem: _Problem, theta: Array, sentence: str) -> Fit:

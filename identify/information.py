@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 
 from identify.chain import Chain
 from identify.excitation import named_steps
-from identify.fit import Coordinate, inverse
+from identify.fit import Coordinate
 from identify.interval import number
 from identify.observe import Observation
+from identify.quadratic import inverse
 from identify.quantities import Quantity, corners_hz, quantities
 from identify.sensitivities import sensitivities
 from identify.trace import Step

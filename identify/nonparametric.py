@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from identify.chain import Chain
 from identify.delay import delay_s
-from identify.fit import Fit, inverse
+from identify.fit import Fit
 from identify.holdout import settling_s
 from identify.information import Information
 from identify.interval import Interval
@@ -23,6 +23,7 @@ from identify.normalised import BORDERS, Scale, peak_interval, rational_of
 from identify.observe import Observation
 from identify.periods import Period, periods
 from identify.propagation import propagated
+from identify.quadratic import inverse
 from identify.steady import frequency_response
 from identify.trace import Array
 

@@ -10,8 +10,9 @@ from scipy.stats import binom, chi2
 from identify import chain as chain_module
 from identify.chain import local_name, plain_chain
 from identify.effects import chain_of
-from identify.fit import Coordinate, _Problem, boxed_step, chi_squared, coordinates_of, fit, inverse, is_fixed
+from identify.fit import Coordinate, _Problem, chi_squared, coordinates_of, fit, is_fixed
 from identify.model import Backlash, LinearF, Model, Physics, Rational
+from identify.quadratic import boxed_step, inverse
 from identify.search import on_bound
 from identify.stage import Parameter
 from identify.trace import Trace
