@@ -69,7 +69,8 @@ def test_a_fit_on_the_samples_grid_is_the_fit_on_a_fine_one():
     assert corrected_once_more.substeps > 1 or corrected_once_more.left_out is not None
     for name in ("G1.den.s1", "F.S_L", "F.D_L", "F.S_U", "F.D_U", "G2.den.s1"):
         assert abs(found.chain.values[name] - fine.chain.values[name]) < 0.03 * fine.sd(name)
-        assert found.sd(name) == pytest.approx(fine.sd(name), rel=0.02)
+        # How many instants rest on the loading border depends on the grid: 1 % between 16 and 32 of them, 4 % at 4.
+        assert found.sd(name) == pytest.approx(fine.sd(name), rel=0.06)
     assert max(abs(coarse.chain.values[n] - fine.chain.values[n]) / fine.sd(n) for n in ("F.S_L", "F.D_L")) > 0.3
     assert np.allclose(simulate(found.chain, trace, 32), simulate(fine.chain, trace, 32), rtol=0, atol=1e-3)
 
