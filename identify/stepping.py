@@ -1,8 +1,9 @@
 """What does stepping on the grid of the samples leave out of an answer, and how is it put back?
 
 Between instants w is taken as straight, and a pole faster than a step is met with one step only; little as that errs, a
-long run shows it. What a fine grid adds to an answer hardly depends on the values of a chain near its optimum: it is
-measured once and taken from the readings, so that all that is done again and again is done on the samples' own grid.
+long run shows it. What a fine grid adds to an answer hardly depends on the values of a chain near its optimum, as long
+as the coarse one shows what the values do: it is measured once and taken from the readings, so that all that is done
+again and again is done on a coarse grid, the samples' own where that shows it.
 """
 
 from collections.abc import Iterator, Sequence
@@ -12,14 +13,17 @@ from math import log2, sqrt
 import numpy as np
 
 from identify.chain import CHUNK, Chain, answered
+from identify.discretise import Matrix
 from identify.fit import Fit, fit
 from identify.observe import FINEST, LARGEST, SEEN, Observation
+from identify.quadratic import resolved
+from identify.sensitivities import sensitivities
 from identify.trace import Array
 
 ROUNDS = 3  # of measuring what is left out and fitting again, at most
 STAYED = 2.0  # how far a fit may move, in sd of its residual: a twentieth of that is what the left out changes by
-LITTLE = 1.0  # standard deviations of a matched test that a grid may leave out of an answer for its slopes to be right
 ITERATIONS = 100  # of a fit in a round
+SHOWN = 0.1  # share of what is told of any combination of values that half the step may add or take away
 
 
 def settled(
@@ -29,40 +33,54 @@ def settled(
 
     Where the fit moves, what is left out moves by a small part of that: few rounds settle both.
     """
-    centre, bare = {c.name: c.centre for c in found.coordinates}, observations
+    centre = {c.name: c.centre for c in found.coordinates}
+    bare = observations = shown(found, observations) if np.isfinite(found.cost) else observations
     for _ in range(ROUNDS if np.isfinite(found.cost) else 0):
         observations = bare  # what was left out before is let go
         observations = tuple(corrected(o, found.chain) for o in bare)
         before, found = found, fit(found.chain, observations, centre, fixed, ITERATIONS)
         if found.distance(before) < STAYED * sqrt(max(found.cost / max(sum(o.count for o in bare), 1), 1.0)):
             break
-    return _sharpened(found, bare, observations, fixed)
+    return observations, found
 
 
-def _sharpened(
-    found: Fit, bare: tuple[Observation, ...], observations: tuple[Observation, ...], fixed: Sequence[str]
-) -> tuple[tuple[Observation, ...], Fit]:
-    """Return the fit once more with slopes of a finer grid, where the samples' own is too coarse for them.
+def shown(found: Fit, observations: tuple[Observation, ...]) -> tuple[Observation, ...]:
+    """Return the observations on grids that show what the values of a fit do to the answer.
 
-    What is put back once makes the answer right, not its slopes: values that the data hardly tell move far for little,
-    and with them what the grid leaves out. A fit with slopes off by much scatters more than it need and says less.
+    A grid is made finer until the Fisher information on half its step is the same: what the corrections of later rounds
+    leave, and how wrong the fit's intervals are, is of the order of the difference.
     """
-    finer = tuple(_fine_enough(o, found.chain) for o in observations)
-    if all(one.substeps == other.substeps for one, other in zip(finer, bare, strict=True)):
-        return observations, found
-    centre = {c.name: c.centre for c in found.coordinates}
-    return finer, fit(found.chain, finer, centre, fixed, ITERATIONS)
+    seen = tuple(replace(o, left_out=None) for o in observations)
+    told = [_told(found, o) for o in seen]
+    while True:
+        finer = tuple(replace(o, substeps=2 * o.substeps) if _may_be_finer(o) else o for o in seen)
+        better = [old if o is f else _told(found, f) for o, f, old in zip(seen, finer, told, strict=True)]
+        changes = _changes(found, told, better)
+        if sum(changes) <= SHOWN:
+            return seen
+        wanted = [change > SHOWN / len(seen) for change in changes]
+        seen = tuple(f if want else o for o, f, want in zip(seen, finer, wanted, strict=True))
+        told = [new if want else old for old, new, want in zip(told, better, wanted, strict=True)]
 
 
-def _fine_enough(observation: Observation, chain: Chain) -> Observation:
-    """Return the observation on the coarsest grid that leaves out little, with what that is."""
-    while observation.left_out is not None and observation.substeps < FINEST:
-        left_out = observation.left_out[observation.use].astype(np.float64)
-        if float(left_out @ left_out) < LITTLE**2:
-            break
-        finer = replace(observation, substeps=2 * observation.substeps, left_out=None)
-        observation = corrected(finer, chain)
-    return observation
+def _may_be_finer(observation: Observation) -> bool:
+    """Return whether half the step is a grid that still fits in memory and patience."""
+    return 2 * observation.substeps <= FINEST and 2 * observation.substeps * observation.trace.size <= LARGEST
+
+
+def _told(found: Fit, observation: Observation) -> Matrix:
+    """Return the Fisher information of one run about the searched coordinates, shape (p, p)."""
+    scales = {c.name: c.slope(float(t)) for c, t in zip(found.coordinates, found.theta, strict=True)}
+    return sensitivities(found.chain, scales, observation).normal()[0]
+
+
+def _changes(found: Fit, told: Sequence[Matrix], better: Sequence[Matrix]) -> list[float]:
+    """Return for each run the largest share by which a finer grid changes what all runs tell of some combination."""
+    prior = np.diag([c.prior_sd**-2.0 for c in found.coordinates])
+    scale, curvatures, axes = resolved(sum(told, prior))
+    units = scale[:, None] * axes / np.sqrt(curvatures)
+    changes = (units.T @ (new - old) @ units for old, new in zip(told, better, strict=True))
+    return [float(np.max(np.abs(np.linalg.eigvalsh(change)), initial=0.0)) for change in changes]
 
 
 def corrected(observation: Observation, chain: Chain) -> Observation:

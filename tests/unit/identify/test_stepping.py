@@ -1,12 +1,18 @@
 """Is what the samples' grid leaves out put back, against an integrator of its own?"""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.linalg import eigvalsh
 
 from identify.chain import plain_chain, simulate
 from identify.fit import fit
+from identify.model import Backlash, Model, Rational
 from identify.observe import Observation
-from identify.stepping import corrected, settled
+from identify.sensitivities import sensitivities
+from identify.stepping import corrected, settled, shown
+from identify.trace import Trace
 from tests.proof.rigs import OP_AMP, RC, toleranced
 from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
 from tests.trials import model_of, noisy, observed, recorded
@@ -83,3 +89,35 @@ def test_slopes_of_a_grid_that_is_too_coarse_are_not_used():
     assert finer.substeps > 1
     for name in ("G1.den.s1", "G2.den.s1"):
         assert found.sd(name) == pytest.approx(fine.sd(name), rel=0.01)
+
+
+def information_beside_a_fine_grid(observation, found):
+    """Return the extreme ratios of what the grid of an observation tells to what a fine one tells."""
+    scales = {c.name: c.slope(float(t)) for c, t in zip(found.coordinates, found.theta, strict=True)}
+    own, fine = (
+        sensitivities(found.chain, scales, replace(observation, substeps=n)).normal()[0]
+        for n in (observation.substeps, 32)
+    )
+    ratios = eigvalsh(own, fine)
+    return float(ratios[0]), float(ratios[-1])
+
+
+def test_the_grid_of_a_fit_shows_what_its_values_do():
+    u = multisine((1, 3, 7, 13, 25, 50), period=320, periods=4)
+    trace = Trace("multisine", 2.0, u, np.zeros(u.size))
+    g1, g2 = Rational((1.0,), (1.0, 1.5, 0.5)), Rational((1.0,), (2.5, 1.0))
+    model = Model("slow", g1, Backlash(2.0, 0.2, 2.0, -0.2), g2)
+    coarse = Observation(trace, np.ones(trace.size, dtype=bool), 0.01)
+    found = fit(plain_chain(model), [coarse], iterations=0)
+    (finer,) = shown(found, (coarse,))
+    low, high = information_beside_a_fine_grid(coarse, found)
+    assert low < 0.8 or high > 1.2
+    low, high = information_beside_a_fine_grid(finer, found)
+    assert 0.85 < low <= high < 1.15
+    assert shown(found, (finer,))[0].substeps == finer.substeps
+
+
+def multisine(lines, period, periods):
+    turns = 2.0 * np.pi * np.arange(period) / period
+    u = sum(0.8 * np.cos(k * turns - np.pi * i * (i + 1) / len(lines)) for i, k in enumerate(lines))
+    return np.tile(u, periods)
