@@ -40,7 +40,7 @@ from identify.start import stabilised, started
 from identify.stepping import settled
 from identify.trace import Trace, intersample_of
 
-BETTER = 4.0  # fall of chi-squared below which chance alone prefers another minimum to the one nearest the rig file
+BETTER = 9.0  # fall of chi-squared below which chance alone prefers another minimum to the one nearest the rig file
 LATE_SUBSTEPS = 2  # where a dead time is searched: what one step leaves out goes up and down with its part of a sample
 
 
