@@ -24,6 +24,7 @@ ROUNDS = 3  # of measuring what is left out and fitting again, at most
 STAYED = 2.0  # how far a fit may move, in sd of its residual: a twentieth of that is what the left out changes by
 ITERATIONS = 100  # of a fit in a round
 SHOWN = 0.1  # share of what is told of any combination of values that half the step may add or take away
+TOLD = 0.3  # search coordinates; what is told worse has no interval from curvature and asks for no grid (identify.profile)
 
 
 def settled(
@@ -76,8 +77,8 @@ def _told(found: Fit, observation: Observation) -> Matrix:
 
 def _changes(found: Fit, told: Sequence[Matrix], better: Sequence[Matrix]) -> list[float]:
     """Return for each run the largest share by which a finer grid changes what all runs tell of some combination."""
-    prior = np.diag([c.prior_sd**-2.0 for c in found.coordinates])
-    scale, curvatures, axes = resolved(sum(told, prior))
+    little = np.eye(len(found.coordinates)) / TOLD**2
+    scale, curvatures, axes = resolved(sum(told, little))
     units = scale[:, None] * axes / np.sqrt(curvatures)
     changes = (units.T @ (new - old) @ units for old, new in zip(told, better, strict=True))
     return [float(np.max(np.abs(np.linalg.eigvalsh(change)), initial=0.0)) for change in changes]
