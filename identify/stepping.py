@@ -24,7 +24,7 @@ ROUNDS = 3  # of measuring what is left out and fitting again, at most
 STAYED = 2.0  # how far a fit may move, in sd of its residual: a twentieth of that is what the left out changes by
 ITERATIONS = 100  # of a fit in a round
 SHOWN = 0.1  # share of what is told of any combination of values that half the step may add or take away
-TOLD = 0.3  # search coordinates; what is told worse has no interval from curvature and asks for no grid (identify.profile)
+TOLD = 0.3  # search coordinates; worse is told by no curvature (identify.profile) and asks for no finer grid
 
 
 def settled(
