@@ -27,7 +27,7 @@ HALVED = -0.5  # relative step by which a value searched in its log may fall at 
 RADIUS = 0.5  # first half width of the trust box, in search coordinates
 STALLED = 1e-9  # half width of the box at which no step helps
 POOR = 0.25  # share of the expected gain below which a trial is taken one step further
-VISIBLE = 0.1  # an expected gain in cost of a third of a standard deviation: with less left, a search that stalls is done
+VISIBLE = 0.1  # gain in cost of a third of a standard deviation: a search that stalls with less left is done
 STILL = 1e-6  # expected gain, relative to the cost, below which rounding and corners stop a model that does not fit
 NEGLIGIBLE = 1e-4  # an expected gain in cost that no test could see ends the search
 
