@@ -8,9 +8,9 @@ from typing import TypeVar
 import numpy as np
 
 from identify import kernels
+from identify.bent.curved import CurvedPlay
 from identify.between import source_of
 from identify.blocks import Gain, LinearBlock, Play, Source
-from identify.curved import CurvedPlay
 from identify.discretise import without_leading_zeros
 from identify.model import Backlash, CurvedBacklash, LinearF, Model, NonlinearF, Rational
 from identify.stage import Block, Grid, Held, Parameter, Place, Ramp, Run, Shape, Stage, Values, is_fixed

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from identify.chain import Chain, local_name, signals, simulate
+from identify.derivatives.sensitivities import sensitivities
 from identify.effects.effect import Effect
 from identify.effects.hum import Hum
 from identify.fit import Fit
 from identify.observe import Observation
-from identify.sensitivities import sensitivities
 from identify.stage import Place
 from identify.trace import Array
 

@@ -1,7 +1,7 @@
 """Which values of a chain's parameters make its answers closest to the recordings, and how sure are they?
 
 Joint maximum likelihood over all runs with white noise of known size: Gauss-Newton steps inside a trust box, on normal
-equations that are summed chunk by chunk (identify.sensitivities).
+equations that are summed chunk by chunk (identify.derivatives.sensitivities).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from scipy.linalg import LinAlgError
 
 from identify.chain import Chain, local_name
+from identify.derivatives.sensitivities import sensitivities
 from identify.observe import Observation
 from identify.quadratic import boxed_step, inverse
-from identify.sensitivities import sensitivities
 from identify.stage import Parameter, is_fixed
 from identify.trace import Array
 

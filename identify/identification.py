@@ -4,18 +4,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
-from identify.certainty import Certainty
-from identify.curves import Bend, curves_dict
+from identify.bent.curves import Bend, curves_dict
 from identify.fit import Fit
+from identify.harmonic.measured import Measured
 from identify.interval import Interval, number
-from identify.measured import Measured
 from identify.model import Model, Rational
 from identify.noise import Noise
 from identify.observe import Observation
+from identify.uncertainty.certainty import Certainty
 
 if TYPE_CHECKING:
-    from identify.advice import Advice
-    from identify.information import StepInformation
+    from identify.planning.advice import Advice
+    from identify.planning.information import StepInformation
 
 SCHEMA = "rig.identify/1"
 PUNCTUAL = Interval(0.0, 0.0, 0.0)  # a rig without dead time, s

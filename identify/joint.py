@@ -7,38 +7,38 @@ from math import isclose
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from identify.advice import advice, bench_of, misfit, unsettled
-from identify.bend import straight_values
+from identify.bent.bend import straight_values
+from identify.bent.curved import CurvedPlay
+from identify.bent.curves import Bend, Form, bend_of, bending, in_form
+from identify.bent.reach import within_reach
 from identify.blocks import LinearBlock
-from identify.certainty import Certainty, certainty, fitted_model, with_profiles
 from identify.chain import DELAY
 from identify.colour import WHITE, Grain, grains_of
-from identify.curved import CurvedPlay
-from identify.curves import Bend, Form, bend_of, bending, in_form
 from identify.delay import total_delay
-from identify.early import sought
 from identify.effects import chain_of
 from identify.fit import Fit, fit
+from identify.harmonic.nonparametric import Evidence, nonparametric
 from identify.holdout import counted, settling_s
-from identify.identifiability import unidentifiable
+from identify.identifiability.findings import unidentifiable
 from identify.identification import Identification, OwnPoints, StairPoint
-from identify.inflation import inflation
-from identify.information import information
 from identify.interval import Interval
 from identify.model import Model
 from identify.noise import Noise, noise_of
-from identify.nonparametric import Evidence, nonparametric
-from identify.normalised import peak_interval, scale_of, scaled_borders
 from identify.observe import Observation, pooled_rms
-from identify.orders import valued
-from identify.profile import Fitted
-from identify.reach import within_reach
-from identify.response import harmonics_hz, played_hz, points
-from identify.search import Judge, shortfall
+from identify.planning.advice import advice, bench_of, misfit, unsettled
+from identify.planning.information import information
 from identify.staircase import staircase
-from identify.start import stabilised, started
+from identify.starts.early import sought
+from identify.starts.orders import valued
+from identify.starts.search import Judge, shortfall
+from identify.starts.start import stabilised, started
 from identify.stepping import settled
 from identify.trace import Trace, intersample_of
+from identify.uncertainty.certainty import Certainty, certainty, fitted_model, with_profiles
+from identify.uncertainty.inflation import inflation
+from identify.uncertainty.normalised import peak_interval, scale_of, scaled_borders
+from identify.uncertainty.profile import Fitted
+from identify.uncertainty.response import harmonics_hz, played_hz, points
 
 BETTER = 9.0  # fall of chi-squared below which chance alone prefers another minimum to the one nearest the rig file
 LATE_SUBSTEPS = 2  # where a dead time is searched: what one step leaves out goes up and down with its part of a sample

@@ -84,7 +84,7 @@ def curved_play(
     knots_l: Array, origins_l: Array, rows_l: Array, knots_u: Array, origins_u: Array, rows_u: Array,
     w: float, v: Array, out: Array,
 ) -> float:  # fmt: skip
-    """Run the play operator of eq. (7) between borders in pieces (identify.border) from the level w; return the last.
+    """Run the play operator of eq. (7) between borders in pieces (bent.border) from the level w; return the last.
 
     Where the borders cross, the unloading one holds, as for straight ones.
     """

@@ -86,7 +86,7 @@ class Model:
 
 @dataclass(frozen=True)
 class Doubt:
-    """How sure the values of a model are: the covariance of ``names`` (identify.coefficients), SI units."""
+    """How sure the values of a model are: the covariance of ``names`` (identify.uncertainty.coefficients), SI units."""
 
     names: tuple[str, ...]
     matrix: tuple[tuple[float, ...], ...]

@@ -21,10 +21,10 @@ from rig.stimulus import MAX_SAMPLES
 from rig.workflow import Progress
 
 if TYPE_CHECKING:
-    from identify.candidates import Candidate, Room
-    from identify.design import Design
-    from identify.information import Expected
     from identify.model import Model
+    from identify.planning.candidates import Candidate, Room
+    from identify.planning.design import Design
+    from identify.planning.information import Expected
 
 
 @dataclass(frozen=True)
@@ -106,8 +106,8 @@ def _usable(rigfile: RigFile) -> RigFile:
 
 def _room(model: "Model", wish: Wish, device: Device) -> "Room":
     """Return what device and operator allow; raise RefusedError where that is nothing."""
-    from identify.candidates import Room
-    from identify.sampling import usual_rate_hz
+    from identify.planning.candidates import Room
+    from identify.planning.sampling import usual_rate_hz
 
     can = device.capabilities()
     low_v, high_v = _range(wish, can)
@@ -134,7 +134,7 @@ def _range(wish: Wish, can: Capabilities) -> tuple[float, float]:
 
 def _designed(model: "Model", room: "Room", noise_v: float, where: str, progress: Progress) -> "Design":
     """Return the stimuli and their repeats; the sentence of a refusal gets its place."""
-    from identify.design import designed
+    from identify.planning.design import designed
 
     try:
         return designed(model, room, noise_v, progress)
@@ -187,7 +187,7 @@ def _remarks(model: "Model", wish: Wish, room: "Room", told: Foresight) -> list[
 
 def _why(name: str, found: "Design", model: "Model", told: Foresight) -> str:
     """Return why a step is there, and what it tells."""
-    from identify.design import purpose
+    from identify.planning.design import purpose
 
     candidate = next(c for c, _ in found.steps if protocolfile.label(c) == name)
     assert told.information is not None
@@ -201,8 +201,8 @@ def _compared(
     model: "Model", room: "Room", told: Foresight, plan: Plan
 ) -> tuple[tuple[Row, ...], str, int]:
     """Return every quantity beside the paper's experiment, that experiment in words, and the fewest moving steps."""
-    from identify.design import SIGNS, off
-    from identify.fig13 import fig13, scaled
+    from identify.planning.design import SIGNS, off
+    from identify.planning.fig13 import fig13, scaled
 
     assert told.information is not None
     candidates = fig13(model, room)

@@ -14,10 +14,10 @@ from rig.rigfile import parse_rig
 from rig.session import Checked
 
 if TYPE_CHECKING:
-    from identify.advice import Advice
     from identify.identification import Unidentifiable
-    from identify.information import Information
     from identify.model import Model
+    from identify.planning.advice import Advice
+    from identify.planning.information import Information
 
 SCHEMA = "rig.check/1"
 
@@ -61,14 +61,14 @@ def expected_noise(model: "Model", can: Capabilities) -> tuple[float, str]:
 
 def foreseen_plan(plan: Plan, model: "Model", noise_v: float, origin: str = "") -> Foresight:
     """Return what ``plan`` would tell of ``model`` with readings of a known noise."""
-    from identify.advice import advice, bench_of
-    from identify.bend import straight_values
+    from identify.bent.bend import straight_values
     from identify.effects import chain_of
     from identify.fit import coordinates_of
-    from identify.information import information
+    from identify.harmonic.sines import tones_of, untold_by_sines
     from identify.observe import Observation
-    from identify.sines import tones_of, untold_by_sines
-    from identify.start import stabilised
+    from identify.planning.advice import advice, bench_of
+    from identify.planning.information import information
+    from identify.starts.start import stabilised
 
     silent = np.broadcast_to(0.0, plan.u.shape)
     trace = Trace(plan.title, plan.rate_hz, plan.u, silent, steps=plan.steps)

@@ -9,7 +9,7 @@ from rig.units import show
 if TYPE_CHECKING:
     from identify.explain.explanation import Explanation, Finding
     from identify.identification import Identification, Unidentifiable
-    from identify.information import Information, StepInformation
+    from identify.planning.information import Information, StepInformation
     from rig.design import Designed
     from rig.foresight import Foresight
     from rig.recorded import Recording
@@ -123,7 +123,7 @@ def simulated(played: "Simulated") -> Iterator[str]:
 
 def identified(found: "Identification") -> Iterator[str]:
     """Tell which rig it was, how sure that is, and what cannot be told."""
-    from identify.report import FITTED, block_note, identification_sentence, line_sentence, physics_lines
+    from identify.page.report import FITTED, block_note, identification_sentence, line_sentence, physics_lines
 
     yield identification_sentence(found)
     if found.borders:
@@ -190,7 +190,7 @@ def explained(told: "Explanation") -> Iterator[str]:
 
 def _finding(finding: "Finding") -> Iterator[str]:
     """Tell one piece of physics."""
-    from identify.report import finding_lines, percent
+    from identify.page.report import finding_lines, percent
 
     yield f"  what     {finding.id} in {finding.stage} ({percent(finding.probability)}): {finding.sentence}"
     yield from (f"             {name}  {value}" for name, value in finding_lines(finding))

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from identify.drawing import AFTER, INK, PALE, draw_signal, new_figure, page_style
+from identify.page.drawing import AFTER, INK, PALE, draw_signal, new_figure, page_style
 from rig.errors import FileError
 from rig.plan import Plan
 

@@ -10,7 +10,7 @@ from identify.natural_units import shown
 from rig.units import exact as with_unit
 
 if TYPE_CHECKING:
-    from identify.candidates import Candidate, Chord, Stairs, Tone
+    from identify.planning.candidates import Candidate, Chord, Stairs, Tone
 
 WIDTH = 116
 WHOLE = re.compile(r"\.0(?= )")
@@ -31,7 +31,7 @@ class Heading:
 
 def label(candidate: "Candidate") -> str:
     """Return the name of a step, which tells it from every other of its protocol."""
-    from identify.candidates import Stairs, Tone
+    from identify.planning.candidates import Stairs, Tone
 
     if isinstance(candidate, Stairs):
         high, dwell = max(candidate.levels_v), shown(candidate.dwell_s, "s")
@@ -84,7 +84,7 @@ def _comment(text: str, indent: str = "") -> list[str]:
 
 def _stimulus(candidate: "Candidate") -> list[str]:
     """Return the lines of one stimulus."""
-    from identify.candidates import Chord, Stairs, Tone
+    from identify.planning.candidates import Chord, Stairs, Tone
 
     match candidate:
         case Stairs():

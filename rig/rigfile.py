@@ -145,7 +145,7 @@ def _valued_f(document: Document, keys: Keys, form: NonlinearityForm) -> Nonline
 
 
 def _curved(document: Document, keys: Keys, form: CurvesForm) -> CurvedBacklash:
-    from identify.border import crossing
+    from identify.bent.border import crossing
 
     loading, unloading = (_points(document, (*keys, side), getattr(form, side)) for side in CURVE_KEYS)
     curved = CurvedBacklash(loading, unloading)

@@ -21,11 +21,11 @@ from rig.rigfile import RigFile, model_to_dict, model_to_yaml, parse_rig, read_r
 from rig.session import shipped
 
 if TYPE_CHECKING:
-    from identify.curves import Form
+    from identify.bent.curves import Form
     from identify.explain.explanation import Explanation
     from identify.identification import Identification
     from identify.model import Model
-    from identify.report import Imprint
+    from identify.page.report import Imprint
 
 Progress = Callable[[str, float], None]
 """Told what is being done, and which share of the whole is over."""
@@ -105,25 +105,25 @@ def part(progress: Progress, low: float, high: float) -> Progress:
 
 def identification_html(found: "Identification") -> str:
     """Return the page of ``rig identify``."""
-    from identify.report import identification_page
+    from identify.page.report import identification_page
 
     return identification_page(found, _imprint(found.model))
 
 
 def explanation_html(told: "Explanation", found: "Identification | None" = None) -> str:
     """Return the page of ``rig explain``, with the staircase where the improved model was identified."""
-    from identify.report import explanation_page
+    from identify.page.report import explanation_page
 
     return explanation_page(told, found, _imprint(told.model))
 
 
 def simulate(path: str | Path, rig: str | Path | None = None) -> Simulated:
     """Return a model's answer, from rest, to the input of a recording; raise FileError."""
-    from identify.band import half_band
     from identify.chain import simulate as answer
-    from identify.coefficients import coefficients
     from identify.effects import chain_of
     from identify.simulate import SUBSTEPS
+    from identify.uncertainty.band import half_band
+    from identify.uncertainty.coefficients import coefficients
 
     runs = load([path], rig)
     trace = runs.traces[0]
@@ -153,7 +153,7 @@ def answer_json(found: "Identification | Explanation") -> str:
 
 def _imprint(model: "Model") -> "Imprint":
     """Return what stands on every page beside the answer."""
-    from identify.report import Imprint
+    from identify.page.report import Imprint
 
     return Imprint(model_to_yaml(model), software())
 

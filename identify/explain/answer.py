@@ -24,11 +24,11 @@ from identify.explain.select import Bench, Hypothesis, Round
 from identify.explain.warrant import Warranted
 from identify.explain.where import acting, profile
 from identify.holdout import Split
-from identify.inflation import inflation
 from identify.interval import Interval
 from identify.model import Model
 from identify.natural_units import shown, shown_interval
 from identify.observe import pooled_rms
+from identify.uncertainty.inflation import inflation
 
 TO_THE_NOISE = 1.1  # a held-out residual below this many times the noise counts as explained
 

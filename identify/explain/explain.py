@@ -16,8 +16,8 @@ from identify.explain.warrant import Warranted, warranted
 from identify.holdout import Split, split
 from identify.model import Model
 from identify.observe import Observation, refined
-from identify.orders import valued
-from identify.start import stabilised
+from identify.starts.orders import valued
+from identify.starts.start import stabilised
 from identify.trace import Trace, intersample_of
 
 Note = Callable[[str, float], None]

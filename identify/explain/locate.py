@@ -7,10 +7,10 @@ from math import log
 import numpy as np
 from scipy.stats import chi2 as chi2_distribution
 
+from identify.derivatives.sensitivities import DIFFERENCE
 from identify.evidence import Evidence
 from identify.explain.corrections import Correction, corrections
 from identify.explain.select import Bench, Hypothesis
-from identify.sensitivities import DIFFERENCE
 from identify.stage import Place
 
 ITERATIONS = 10  # a correction is nearly linear in its weights

@@ -19,21 +19,22 @@ ALLOWED = {  # package: what it may import of the product
 PLAIN_DATA = {"identify.trace", "identify.model", "identify.interval", "identify.natural_units"}
 SEES_BOTH = {  # who may import more of identify than its plain data, and what
     "rig.workflow": {
-        "identify.joint", "identify.explain", "identify.report", "identify.chain", "identify.effects",
-        "identify.simulate", "identify.band", "identify.coefficients",
+        "identify.joint", "identify.explain", "identify.page.report", "identify.chain", "identify.effects",
+        "identify.simulate", "identify.uncertainty.band", "identify.uncertainty.coefficients",
     },
     "rig.design": {
-        "identify.candidates", "identify.design", "identify.fig13", "identify.sampling",
+        "identify.planning.candidates", "identify.planning.design", "identify.planning.fig13",
+        "identify.planning.sampling",
     },
-    "rig.protocolfile": {"identify.candidates"},
+    "rig.protocolfile": {"identify.planning.candidates"},
     "rig.foresight": {
-        "identify.advice", "identify.bend", "identify.effects", "identify.fit", "identify.information",
-        "identify.observe", "identify.sines", "identify.start",
+        "identify.planning.advice", "identify.planning.information", "identify.bent.bend", "identify.effects",
+        "identify.fit", "identify.observe", "identify.harmonic.sines", "identify.starts.start",
     },
-    "rig.rigfile": {"identify.effects", "identify.border"},
+    "rig.rigfile": {"identify.effects", "identify.bent.border"},
     "rig.linearblock": {"identify.discretise"},
-    "rig.preview": {"identify.drawing"},
-    "rig.narration": {"identify.observe", "identify.report"},
+    "rig.preview": {"identify.page.drawing"},
+    "rig.narration": {"identify.observe", "identify.page.report"},
     "drivers.emulators.bench": {"identify.simulate"},
 }  # fmt: skip
 IMPURE = {"serial", "socket", "pathlib", "time", "datetime", "os", "sys", "click", "rich", "h5py", "yaml", "subprocess"}
@@ -50,8 +51,8 @@ def product_edges(module: Module, top_only: bool = False) -> set[str]:
 def test_every_module_is_read() -> None:
     assert {"identify.chain", "identify.explain.explain", "rig.cli", "drivers.loopback"} <= set(modules())
     assert "identify.kernels" in product_edges(modules()["identify.chain"])
-    assert "identify.report" in product_edges(modules()["rig.workflow"])
-    assert "identify.report" not in product_edges(modules()["rig.workflow"], top_only=True)
+    assert "identify.page.report" in product_edges(modules()["rig.workflow"])
+    assert "identify.page.report" not in product_edges(modules()["rig.workflow"], top_only=True)
 
 
 @pytest.mark.parametrize("name", modules())
@@ -118,5 +119,5 @@ def test_what_is_heavy_would_be_seen() -> None:
 
 
 def test_identification_can_be_used_without_rig_and_drivers() -> None:
-    loaded = loaded_by("import identify.explain, identify.simulate, identify.report")
+    loaded = loaded_by("import identify.explain, identify.simulate, identify.page.report")
     assert not set(loaded) & {"rig", "drivers", "protocols", "serial", "h5py", "click", "rich", "pydantic"}

@@ -11,14 +11,14 @@ from functools import cache
 
 import numpy as np
 
-from identify.bend import orders
+from identify.bent.bend import orders
+from identify.bent.curved import CurvedPlay
 from identify.chain import Chain
-from identify.curved import CurvedPlay
-from identify.inflation import inflation
 from identify.joint import fitted, observed
-from identify.propagation import propagated
 from identify.staircase import staircase
 from identify.trace import Array, Trace
+from identify.uncertainty.inflation import inflation
+from identify.uncertainty.propagation import propagated
 from tests.proof.cases import Concealed
 from tests.proof.rigs import SKEWED, toleranced
 from tests.proof.stimuli import FIG13_LEVELS_V, sine

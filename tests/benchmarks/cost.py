@@ -17,10 +17,10 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from identify.chain import Chain, plain_chain, simulate
+from identify.derivatives.sensitivities import sensitivities
 from identify.joint import identify
 from identify.model import Backlash, Model, Rational
 from identify.observe import Observation
-from identify.sensitivities import sensitivities
 from identify.simulate import SUBSTEPS
 from identify.trace import Trace
 from rig.plan import plan

@@ -16,11 +16,11 @@ import numpy as np
 
 from identify.chain import plain_chain
 from identify.fit import coordinates_of
-from identify.information import Expected, information
 from identify.joint import identify
 from identify.model import Backlash, Model
 from identify.observe import Observation
-from identify.quantities import corners_hz, quantities
+from identify.planning.information import Expected, information
+from identify.planning.quantities import corners_hz, quantities
 from identify.trace import Array, Trace
 from rig.design import Wish, design
 from rig.plan import Plan

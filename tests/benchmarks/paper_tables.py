@@ -15,13 +15,13 @@ from itertools import chain
 
 import numpy as np
 
-from identify import paper
+from identify.harmonic import paper
+from identify.harmonic.measured import Known, Measured, MeasuredPoint, measured
+from identify.harmonic.periods import Period, periods
+from identify.harmonic.steady import frequency_response
 from identify.identification import Identification
 from identify.joint import identify
-from identify.measured import Known, Measured, MeasuredPoint, measured
 from identify.model import Backlash, Rational
-from identify.periods import Period, periods
-from identify.steady import frequency_response
 from identify.trace import Array
 from tests.proof import paper_simulation as simulated
 from tests.proof.paper_experiments import (

@@ -15,12 +15,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.certainty import Certainty
 from identify.fit import chi_squared
 from identify.identification import Identification
 from identify.joint import identify
 from identify.model import Backlash, Model, Rational
 from identify.trace import Array, Step, Trace
+from identify.uncertainty.certainty import Certainty
 from tests.proof import paper_simulation
 from tests.proof.bench import answer
 from tests.proof.integrator import Grid

@@ -5,8 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from identify import between, chain, colour, early, excitation, inflation, noise, periods, tangents
+from identify import between, chain, colour, noise
+from identify.derivatives import tangents
+from identify.harmonic import periods
+from identify.planning import excitation
+from identify.starts import early
 from identify.trace import blocks, regrouped
+from identify.uncertainty import inflation
 from rig import recordingfile, workflow
 from tests.benchmarks import large_recording
 

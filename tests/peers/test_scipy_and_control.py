@@ -9,8 +9,8 @@ import pytest
 from scipy import signal
 
 from identify.chain import plain_chain, signals, simulate
+from identify.harmonic.steady import frequency_response
 from identify.model import Backlash, LinearF, Model, Rational
-from identify.steady import frequency_response
 from identify.trace import Trace
 
 RATE_HZ = 2000.0

@@ -13,8 +13,8 @@ from identify.effects import chain_of
 from identify.fit import Coordinate, _Problem, chi_squared, coordinates_of, fit, is_fixed
 from identify.model import Backlash, LinearF, Model, Physics, Rational
 from identify.quadratic import boxed_step, inverse
-from identify.search import on_bound
 from identify.stage import Parameter
+from identify.starts.search import on_bound
 from identify.trace import Trace
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP, RC, SKEWED, toleranced

@@ -7,10 +7,10 @@ import pytest
 from scipy.linalg import eigvalsh
 
 from identify.chain import plain_chain, simulate
+from identify.derivatives.sensitivities import sensitivities
 from identify.fit import fit
 from identify.model import Backlash, Model, Rational
 from identify.observe import Observation
-from identify.sensitivities import sensitivities
 from identify.stepping import corrected, settled, shown
 from identify.trace import Trace
 from tests.proof.rigs import OP_AMP, RC, toleranced

@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from identify.coefficients import coefficients
 from identify.model import Backlash, Model, Rational
+from identify.uncertainty.coefficients import coefficients
 from rig.doubt import doubt_of
 from rig.errors import FileError
 from rig.rigfile import model_to_dict, model_to_yaml, parse_rig

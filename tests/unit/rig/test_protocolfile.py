@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import protocols
-from identify.candidates import Candidate, Chord, Stairs, Tone
+from identify.planning.candidates import Candidate, Chord, Stairs, Tone
 from rig.plan import plan
 from rig.protocol import parse_protocol
 from rig.protocolfile import Heading, exact, label, quoted, written

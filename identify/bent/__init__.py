@@ -1,0 +1,1 @@
+"""Borders of the backlash that are no straight lines."""

@@ -1,0 +1,102 @@
+"""How does the answer of a chain change with every searched number, where a residual counts?
+
+The plain chain runs its derivatives beside its signals (tangents). Any other chain is run once more for every
+number moved a little; it shares with the unmoved one every stage before the first that differs.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from identify.chain import Chain, advance, grid_of
+from identify.colour import whitening
+from identify.derivatives import lane_kernels
+from identify.derivatives.lanes import WIDTH
+from identify.derivatives.tangents import Scales, Tangents, tangents
+from identify.discretise import Matrix
+from identify.observe import Observation
+from identify.stage import Block
+from identify.trace import Array, Mask
+
+DIFFERENCE = 1e-5  # step of the differences, in search coordinates
+
+
+@dataclass(frozen=True)
+class Sensitivities:
+    """Residuals and slopes of one run in units of the noise, chunk by chunk.
+
+    ``chunks`` yields the residual (n,) of the samples that count, and rows (n, 8 m) that are overwritten by the next
+    chunk's; ``columns`` says where in a row the slopes of the answer by the searched numbers stand, in their order.
+    """
+
+    columns: tuple[int, ...]
+    chunks: Iterator[tuple[Array, Matrix]]
+
+    def normal(self) -> tuple[Matrix, Array]:
+        """Return J'J and J'r, shapes (p, p) and (p,)."""
+        products, right = np.zeros((0, 0)), np.zeros(0)
+        for residual, rows in self.chunks:
+            if not right.size:
+                products, right = np.zeros((rows.shape[1], rows.shape[1])), np.zeros(rows.shape[1])
+            lane_kernels.add_products(rows, products)
+            right += residual @ rows
+        full = np.triu(products) + np.triu(products, 1).T
+        at = np.array(self.columns, dtype=np.intp)
+        return full[np.ix_(at, at)], right[at]
+
+    def slopes(self) -> Matrix:
+        """Return the slopes of all samples that count, shape (p, count)."""
+        return np.concatenate([rows[:, self.columns].T for _, rows in self.chunks], axis=1)
+
+
+def sensitivities(chain: Chain, scales: Scales, observation: Observation) -> Sensitivities:
+    """Return how a run's answer changes with the named values, each taken in steps of its scale.
+
+    Raises ValueError where the chain cannot be simulated.
+    """
+    per_noise = {name: scale / observation.noise_v for name, scale in scales.items()}
+    exact = tangents(chain, per_noise, grid_of(observation.trace, observation.substeps))
+    if exact is not None:
+        return Sensitivities(exact.columns, _from_tangents(exact, observation))
+    return Sensitivities(tuple(range(len(scales))), _from_differences(chain, scales, observation))
+
+
+def _from_tangents(exact: Tangents, observation: Observation) -> Iterator[tuple[Array, Matrix]]:
+    """Yield residuals and rows of a chain that runs its derivatives beside its signals."""
+    white = _whitening(observation)
+    for piece in observation.pieces(exact.samples):
+        answer, rows = exact.run(piece.entering)
+        yield white((piece.y - answer) / observation.noise_v, rows, piece.use)
+
+
+def _whitening(observation: Observation) -> Callable[[Array, Matrix, Mask], tuple[Array, Matrix]]:
+    """Return what makes residual and rows those of white noise, and leaves out samples that do not count."""
+    if not observation.colour.taps:
+        return lambda residual, rows, use: (residual, rows) if use.all() else (residual[use], rows[use])
+    of_residual, of_rows = whitening(observation.colour), whitening(observation.colour)
+    return lambda residual, rows, use: (of_residual(residual, use), of_rows(rows, use))
+
+
+def _from_differences(chain: Chain, scales: Scales, observation: Observation) -> Iterator[tuple[Array, Matrix]]:
+    """Yield residuals and rows from one-sided differences."""
+    grid = grid_of(observation.trace, observation.substeps)
+    base = chain.begin(grid)
+    here = {n: chain.values.get(n, chain.values[n.partition("[")[0]]) for n in scales}  # of one run: as of all
+    varied = [chain.with_values({name: here[name] + DIFFERENCE * scales[name]}) for name in scales]
+    firsts = [chain.first_difference(other, grid.run) for other in varied]
+    others = [other.begin(grid, first) for other, first in zip(varied, firsts, strict=True)]
+    white, every = _whitening(observation), grid.substeps
+    for piece in observation.pieces():
+        passed: list[Block] = [piece.entering]
+        for stage in base:
+            passed.append(advance(stage, passed[-1]))
+        answer = passed[-1].signal[::every]
+        rows = np.zeros((answer.size, -(-len(varied) // WIDTH) * WIDTH))
+        for k, (first, runs) in enumerate(zip(firsts, others, strict=True)):
+            if runs:
+                block = passed[first]
+                for stage in runs:
+                    block = advance(stage, block)
+                rows[:, k] = (block.signal[::every] - answer) / (DIFFERENCE * observation.noise_v)
+        yield white((piece.y - answer) / observation.noise_v, rows, piece.use)

@@ -1,0 +1,1 @@
+"""What recordings cannot tell, found in their sensitivities and said in words."""

@@ -1,0 +1,1 @@
+"""How sure an answer is, in which scale, and by which law."""

@@ -1,0 +1,390 @@
+"""Do the report pages say the verdict first, show their pictures, and need nothing from outside?"""
+
+import base64
+import re
+import tomllib
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+import identify
+from identify.chain import Chain, plain_chain, simulate
+from identify.effects.saturation import Saturation
+from identify.explain.explanation import (
+    Alternative,
+    Explanation,
+    Finding,
+    HeldOut,
+    Location,
+    Profile,
+    Range,
+    Remaining,
+    Residuals,
+)
+from identify.fit import Fit
+from identify.identification import FrequencyPoint, Identification, StairPoint, Unidentifiable
+from identify.interval import Interval
+from identify.model import Backlash, LinearF, Model, Physics, Rational
+from identify.natural_units import shown, shown_interval
+from identify.noise import Noise
+from identify.observe import Observation
+from identify.page import pictures
+from identify.page.drawing import envelope, longest_stretch, outline
+from identify.page.pictures import border
+from identify.page.report import Imprint, explanation_page, identification_page, joined
+from identify.stage import Place
+from identify.trace import Trace
+from tests.trials import shelved
+
+MODEL = Model(
+    "op-amp backlash circuit",
+    Rational((1000.0,), (1e-4, 20.0, 1000.0)),
+    Backlash(8.0, 1.25, 8.0, -1.25),
+    Rational((1000.0,), (1e-6, 2.0, 1000.0)),
+    noise_v=0.01,
+)
+RAILS = Saturation(Place.F, "both")
+VOID = {"br", "img", "meta", "link", "hr", "input"}
+
+
+class Page(HTMLParser):
+    """What a browser would see: balanced tags, images, headings, text, references."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.images: list[dict[str, str | None]] = []
+        self.references: list[str] = []
+        self.words: dict[str, list[str]] = {}
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag not in VOID:
+            self.open.append(tag)
+        if tag == "img":
+            self.images.append(dict(attrs))
+        self.references += [value or "" for name, value in attrs if name in ("src", "href", "action", "data")]
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if data.strip():
+            for tag in self.open:
+                self.words.setdefault(tag, []).append(data.strip())
+
+    def text(self, tag: str) -> str:
+        return " ".join(self.words.get(tag, []))
+
+
+def trace(name: str, u: np.ndarray, chain: Chain) -> Trace:
+    blank = Trace(name, 10_000.0, u, np.zeros(u.size))
+    noise = 0.01 * np.random.default_rng(len(name)).standard_normal(u.size)
+    return Trace(name, 10_000.0, u, simulate(chain, blank, 2) + noise)
+
+
+def railed() -> Chain:
+    return RAILS.put_in(plain_chain(MODEL), {"upper": 10.0, "lower": -10.0})
+
+
+def observations() -> tuple[Observation, Observation]:
+    levels = np.concatenate((np.arange(0, -3.1, -0.5), np.arange(-2.5, 3.1, 0.5), np.arange(2.5, -3.6, -0.5)))
+    staircase = trace("staircase", np.repeat(levels, 1000), railed())
+    sine = trace("sine", 10.0 * np.sin(2 * np.pi * 50.0 * np.arange(20_000) / 10_000.0), railed())
+    return tuple(Observation(t, np.ones(t.size, dtype=bool), 0.01, 2) for t in (staircase, sine))
+
+
+def fitted(chain: Chain) -> Fit:
+    return Fit(chain, (), np.zeros(0), 0.0, np.zeros((0, 0)), True, "converged")
+
+
+def around(value: float, half: float) -> Interval:
+    return Interval(value, value - half, value + half)
+
+
+def identification(**changes: object) -> Identification:
+    borders = {
+        "S_L": around(8.0012, 0.002),
+        "D_L": around(1.2503, 0.0006),
+        "S_U": around(7.9991, 0.002),
+        "D_U": around(-1.2496, 0.0006),
+    }
+    stairs = tuple(
+        StairPoint("staircase", level, around(border(MODEL, branch, np.array([level]))[0] + 0.004, 0.01), branch)
+        for level, branch in ((-2.0, "unloading"), (-1.0, "plateau"), (2.0, "loading"), (3.0, "saturated"))
+    )
+    point = FrequencyPoint(50.0, around(0.1572, 0.0003), around(-1.31, 0.002))
+    found = Identification(
+        MODEL,
+        fitted(plain_chain(MODEL)),
+        observations(),
+        Noise(0.01, "repeated periods"),
+        0.0101,
+        99.87,
+        borders,
+        borders,
+        (point,),
+        (point,),
+        stairs,
+        (Unidentifiable("delay shared between G1 and G2", "it moves freely", "G1 has none"),),
+        ("50 Hz: the gap is stuck at U = 3 V, raise it above 7.95 V",),
+    )
+    return replace(found, **changes)
+
+
+def explanation(**changes: object) -> Explanation:
+    edges = np.linspace(-18.0, 18.0, 13)
+    finding = Finding(
+        "saturation",
+        "F",
+        "both",
+        0.984,
+        {"upper": (around(9.9803, 0.0013), "V"), "lower": (around(-9.9811, 0.0012), "V")},
+        "w' = min(max(w, lower), upper)",
+        "An amplifier in F runs into its supply rails.",
+        (Alternative("adc_clipping", "sense", 0.016),),
+        "a faster sine of the same amplitude",
+    )
+    train = observations()[:1]
+    told = Explanation(
+        "explained",
+        "The rails at ±9.98 V were left out; with them the recording is explained.",
+        Noise(0.0101, "repeated periods"),
+        0.21,
+        0.0,
+        Location("F", (Range("level of w", 9.9, 18.0, "V", 0.97),), "The mismatch enters in F.", ("sense",)),
+        (finding,),
+        Residuals(0.2112, 0.01022),
+        HeldOut(("sine",), "a run of its own", Residuals(0.2034, 0.01013)),
+        Remaining(1.01, None, "Nothing beyond the noise."),
+        MODEL,
+        fitted(plain_chain(MODEL)),
+        fitted(railed()),
+        train,
+        observations()[1:],
+        (Profile("level of w", "V", edges, np.full(12, 0.2), np.full(12, 0.01)),),
+        ("look here <now>",),
+    )
+    return replace(told, **changes)
+
+
+def drawings(page: Page) -> list[ElementTree.Element]:
+    """Return the embedded SVG pictures, each parsed as the XML it must be; all others must be PNG."""
+    found = []
+    for image in page.images:
+        kind, _, held = str(image["src"]).partition(";base64,")
+        data = base64.b64decode(held)
+        if kind == "data:image/svg+xml":
+            found.append(ElementTree.fromstring(data))
+        else:
+            assert kind == "data:image/png"
+            assert data.startswith(b"\x89PNG")
+    return found
+
+
+@pytest.fixture(scope="module")
+def explained() -> str:
+    return explanation_page(explanation(), identification(), Imprint("spec: 1\nrig: a <b>\n", {"rig": "0.1.0"}))
+
+
+def test_the_page_opens_with_the_verdict(explained: str) -> None:
+    page = Page(explained)
+    assert page.open == []
+    assert page.text("h1") == "The rails at ±9.98 V were left out; with them the recording is explained."
+    assert explained.index("<h1>") < explained.index("<section")
+
+
+def test_the_page_tells_place_physics_doubt_proof_and_model(explained: str) -> None:
+    words = Page(explained).text("main")
+    for expected in (
+        "The mismatch enters in F.",
+        "97 %",
+        "9.9803 V ± 1.3 mV",
+        "-9.9811 V ± 1.2 mV",
+        "w' = min(max(w, lower), upper)",
+        "98 %",
+        "adc clipping in sense (2 %)",
+        "a faster sine of the same amplitude",
+        "203.4 mV",
+        "10.13 mV",
+        "Nothing beyond the noise.",
+        "look here <now>",
+        "rig: a <b>",
+        "rig 0.1.0",
+    ):
+        assert expected in words
+
+
+def test_the_signal_path_marks_the_place_and_what_cannot_be_excluded(explained: str) -> None:
+    marks = re.findall(r'<li(?: class="(\w+)")?><b>(\w+)</b>', explained)
+    assert marks == [("", "source"), ("", "G1"), ("here", "F"), ("", "G2"), ("maybe", "sense")]
+    assert "What: saturation (supply rails)" in Page(explained).text("h2")
+
+
+def test_every_picture_is_inside_the_page_and_told_in_words(explained: str) -> None:
+    page = Page(explained)
+    assert len(page.images) == 6
+    assert len(drawings(page)) == 5
+    assert all(image["alt"] for image in page.images)
+    titles = page.text("h2")
+    for title in ("Where the mismatch sits", "Residual before and after", "Staircase and borders", "Backlash loop",
+                  "Spectrum of the residual", "Frequency response"):  # fmt: skip
+        assert title in titles
+
+
+def test_the_page_refers_to_nothing_outside(explained: str) -> None:
+    page = Page(explained)
+    assert all(reference.startswith("data:") for reference in page.references)
+    assert not re.search(r"@import|url\(|<script|<link", explained)
+    for drawing in drawings(page):
+        for element in drawing.iter():
+            for name, value in element.attrib.items():
+                assert not (name.endswith("href") and not value.startswith("#"))
+
+
+def test_the_residual_picture_shows_both_models(explained: str) -> None:
+    pictures = ["".join(drawing.itertext()) for drawing in drawings(Page(explained))]
+    assert any("plain, " in text and "improved, 10 mV rms" in text for text in pictures)
+
+
+def test_nothing_missing_is_told_without_effects() -> None:
+    text = explanation_page(
+        explanation(verdict="consistent", sentence="Nothing is missing.", location=None, effects=(), profiles=())
+    )
+    page = Page(text)
+    assert page.text("h1") == "Nothing is missing."
+    assert 'id="location"' not in text
+    assert "improved, " not in "".join("".join(d.itertext()) for d in drawings(page))
+
+
+def test_the_identification_page_has_the_numbers_and_what_cannot_be_told() -> None:
+    page = Page(identification_page(identification()))
+    words = page.text("main")
+    assert "nothing beyond the noise is left" in page.text("h1")
+    for expected in ("8.0012 ± 0.002", "1.25030 V ± 600 µV", "0.15720 ± 0.0003", "it moves freely",
+                     "raise it above 7.95 V", "99.87 %"):  # fmt: skip
+        assert expected in words
+    assert len(page.images) == 5
+
+
+def test_a_poor_fit_and_a_failed_one_are_said_first() -> None:
+    assert "20 times the noise" in Page(identification_page(identification(rms_v=0.2))).text("h1")
+    failed = replace(fitted(plain_chain(MODEL)), converged=False, sentence="no minimum within 30 iterations")
+    assert "did not settle (no minimum within 30" in Page(identification_page(identification(fit=failed))).text("h1")
+
+
+def test_a_rig_without_backlash_or_staircase_has_its_page_too() -> None:
+    model = replace(MODEL, f=LinearF(0.93, 0.002), physics=(Physics("dead_time", {"delay": 1e-3}, "G2"),))
+    page = Page(
+        identification_page(
+            identification(
+                model=model, fit=fitted(plain_chain(model)), borders={}, own_scale={}, staircase=(), g1=(), g2=()
+            )
+        )
+    )
+    assert "w = 0.93 v + 2 mV" in page.text("main")
+    assert "dead time" in page.text("table")
+    assert "delay 1 ms" in page.text("table")
+    assert len(page.images) == 3
+
+
+def test_a_long_run_makes_a_small_page() -> None:
+    u = 3.0 * np.sin(2 * np.pi * 5.0 * np.arange(400_000) / 10_000.0)
+    one = Observation(trace("long", u, railed()), np.ones(u.size, dtype=bool), 0.01)
+    text = explanation_page(explanation(train=(one,), test=()))
+    assert len(text) < 1_500_000
+
+
+@pytest.mark.parametrize("counts_from", [0, 30_000])
+def test_of_a_very_long_run_the_beginning_is_drawn(monkeypatch: pytest.MonkeyPatch, counts_from: int) -> None:
+    monkeypatch.setattr(pictures, "DRAWN", 20_000)
+    u = 3.0 * np.sin(2 * np.pi * 5.0 * np.arange(50_000) / 10_000.0)
+    use = np.arange(u.size) >= counts_from
+    one = Observation(shelved(trace("long", u, railed())), use, 0.01)
+    assert "drawn up to sample 20000" in explanation_page(explanation(train=(one,), test=()))
+
+
+def test_parts_of_one_run_are_drawn_as_one_run() -> None:
+    whole, other = observations()
+    early = replace(whole, use=np.arange(whole.trace.size) < 100)
+    late = replace(whole, use=np.arange(whole.trace.size) >= 300)
+    drawn = joined((early, other, late))
+    assert [o.trace.name for o in drawn] == ["staircase", "sine"]
+    assert drawn[0].count == whole.trace.size - 200
+
+
+def test_the_envelope_keeps_every_extreme() -> None:
+    values = np.random.default_rng(1).standard_normal(100_000)
+    values[77_777], values[5:50] = 40.0, np.nan
+    index, low, high = envelope(values, 300)
+    assert index.size == 300
+    assert high.max() == 40.0
+    assert low.min() == np.nanmin(values)
+
+
+def test_the_outline_of_many_periods_is_as_small_as_that_of_one() -> None:
+    turn = 2 * np.pi * np.arange(2_000) / 2_000
+    once = outline(np.cos(turn), np.sin(turn))[0].size
+    often = outline(np.tile(np.cos(turn), 50), np.tile(np.sin(turn), 50))[0].size
+    assert once <= often <= once + 3
+
+
+def test_the_outline_keeps_place_and_size() -> None:
+    turn = 2 * np.pi * np.arange(2_001) / 2_000
+    x, y = outline(3.0 + np.cos(turn), 5.0 * np.sin(turn))
+    assert np.nanmin(x) == pytest.approx(2.0, abs=1e-9)
+    assert np.nanmax(y) == pytest.approx(5.0, abs=1e-9)
+    radius = np.hypot(x - 3.0, y / 5.0)
+    assert np.nanmax(np.abs(radius - 1.0)) < 2e-3
+    assert np.isnan(x).sum() == x.size // 3
+
+
+def test_the_longest_stretch_is_found() -> None:
+    assert longest_stretch(np.array([True, False, True, True, False])) == slice(2, 4)
+    assert longest_stretch(np.zeros(3, dtype=bool)) == slice(0, 0)
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (4.2e-6, "s", "4.2 µs"),
+        (0.0101, "V", "10.1 mV"),
+        (1.0, "V", "1 V"),
+        (-9.98, "V", "-9.98 V"),
+        (0.0, "V", "0 V"),
+        (51_200.0, "Hz", "51.2 kHz"),
+        (6e-4, "V", "600 µV"),
+        (0.93, "V/V", "0.93"),
+        (1.5e-9, "s^2", "1.5e-09 s^2"),
+        (float("inf"), "V", "none"),
+    ],
+)
+def test_numbers_are_shown_in_natural_units(value: float, unit: str, text: str) -> None:
+    assert shown(value, unit) == text
+
+
+@pytest.mark.parametrize(
+    ("interval", "unit", "text"),
+    [
+        (Interval(9.98, 9.9787, 9.9813), "V", "9.9800 V ± 1.3 mV"),
+        (Interval(1.04e-3, 1.02e-3, 1.06e-3), "s", "1.040 ms ± 20 µs"),
+        (Interval(1.0, 0.5, 3.0), "V", "1.0 V (500 mV to 3 V)"),
+        (Interval(2.0, 2.0, 2.0), "V", "2 V (held fixed)"),
+        (Interval(2.0, float("-inf"), float("inf")), "V", "2 V (interval not bounded)"),
+    ],
+)
+def test_intervals_are_shown_in_natural_units(interval: Interval, unit: str, text: str) -> None:
+    assert shown_interval(interval, unit) == text
+
+
+def test_the_templates_are_installed_with_the_package() -> None:
+    root = Path(identify.__file__).parents[1]
+    declared = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["setuptools"]["package-data"]
+    page = root / "identify" / "page"
+    installed = {path for pattern in declared.get("identify.page", []) for path in page.glob(pattern)}
+    assert installed >= set((page / "templates").iterdir())
