@@ -148,17 +148,19 @@ def fit(
     fixed: Sequence[str] = (),
     iterations: int = 30,
     pull: Pull | None = None,
+    valleys: bool = True,
 ) -> Fit:
     """Fit ``chain`` from its own values to all observations; the prior sits at ``centre`` (default: the start).
 
-    A ``pull`` draws the fit aside; its price is not in the cost that is returned.
+    A ``pull`` draws the fit aside; its price is not in the cost that is returned. Without ``valleys`` a step that does
+    not help is only made shorter: narrow bent valleys are then not followed to their end, at half the work.
 
     Never raises for bad numbers: a fit that does not converge says so in ``converged`` and ``sentence``.
     """
     centre = {**chain.values, **(centre or {})}
     coordinates = coordinates_of(chain, centre, [o.trace.name for o in observations], fixed)
     start = np.array([c.theta(chain.values.get(c.name, chain.values[c.parameter.name])) for c in coordinates])
-    found = _search(_Problem(chain, tuple(observations), coordinates, pull), start, iterations)
+    found = _search(_Problem(chain, tuple(observations), coordinates, pull), start, iterations, valleys)
     return replace(found, cost=found.cost - pull.cost(found.chain)) if pull else found
 
 
@@ -246,7 +248,7 @@ def chi_squared(chain: Chain, observation: Observation) -> float:
     return total
 
 
-def _search(problem: _Problem, theta: Array, iterations: int) -> Fit:
+def _search(problem: _Problem, theta: Array, iterations: int, valleys: bool) -> Fit:
     """Search by Gauss-Newton steps in a box that grows where the quadratic model holds and shrinks where it fails."""
     cost, radius = problem.cost(theta), RADIUS
     if not np.isfinite(cost):
@@ -260,7 +262,7 @@ def _search(problem: _Problem, theta: Array, iterations: int) -> Fit:
             break
         there = problem.moved(theta, step)
         trial = problem.cost(there)
-        if cost - trial < POOR * expected:
+        if valleys and cost - trial < POOR * expected:
             there, trial = min((there, trial), _mended(problem, there, radius), key=lambda found: found[1])
         gain = (cost - trial) / expected
         radius = radius * 3.0 if gain > 0.75 else radius if gain > 0.25 else 0.25 * float(np.max(np.abs(step)))

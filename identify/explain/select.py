@@ -76,7 +76,7 @@ class Bench:
 
     def fitted(self, chain: Chain, effects: Sequence[Effect], iterations: int = ITERATIONS) -> Hypothesis:
         """Fit a chain from its own values, with the priors of the plain parameters at the rig file's."""
-        found = fit(chain, self.observations, self.plain.values, self.fixed, iterations)
+        found = fit(chain, self.observations, self.plain.values, self.fixed, iterations, valleys=False)
         chi2 = sum(chi_squared(found.chain, o) for o in self.observations)
         return Hypothesis(tuple(effects), found, chi2, sum(o.count for o in self.observations))
 

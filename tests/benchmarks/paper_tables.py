@@ -23,8 +23,7 @@ from identify.identification import Identification
 from identify.joint import identify
 from identify.model import Backlash, Rational
 from identify.trace import Array
-from tests.proof import paper_simulation as simulated
-from tests.proof.paper_experiments import (
+from tests.benchmarks.paper_experiments import (
     LEVELS,
     MAINS_HZ,
     REAL_TRUTH,
@@ -44,6 +43,7 @@ from tests.proof.paper_experiments import (
     values_with,
     walk,
 )  # fmt: skip
+from tests.proof import paper_simulation as simulated
 from tests.proof.paper_simulation import TRUTH
 from tests.proof.rigs import OP_AMP, toleranced
 from tests.trials import model_of

@@ -3,16 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.benchmarks.paper_tables import (
-    W1_HZ,
-    Simulation,
-    harmonic,
-    levels,
-    measured_bound,
-    real_parts,
-    spread,
-)
-from tests.proof.paper_experiments import (
+from tests.benchmarks.paper_experiments import (
     LEVELS,
     TABLE_3,
     M,
@@ -22,6 +13,15 @@ from tests.proof.paper_experiments import (
     tone,
     values_with,
     walk,
+)
+from tests.benchmarks.paper_tables import (
+    W1_HZ,
+    Simulation,
+    harmonic,
+    levels,
+    measured_bound,
+    real_parts,
+    spread,
 )
 
 NOISE_V = tone(1, 3.5, 1).noise_v(34.45)

@@ -9,7 +9,7 @@ from identify.model import LinearF, Model, Rational
 from identify.planning.candidates import Room, Stairs, Tone
 from identify.planning.design import Design, designed, off, purpose, slowed
 from identify.planning.fig13 import fig13
-from tests.unit.identify.test_candidates import AROUND, MODEL
+from tests.unit.identify.planning.test_candidates import AROUND, MODEL
 
 RC = replace(MODEL, g1=Rational((1.0,), (0.02, 1.0)), g2=Rational((1.0,), (0.002, 1.0)))
 ROOM = Room(-10.0, 10.0, 2000.0, 10.0)
