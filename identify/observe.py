@@ -14,7 +14,7 @@ from identify.stage import Block
 from identify.trace import Array, Mask, Samples, Trace, blocks, regrouped
 
 FINEST = 32  # instants to a sample, at most
-SEEN = 0.1  # standard deviations of a matched test that stepping may be wrong by
+SEEN = 1.0  # standard deviations of a matched test that stepping may be wrong by where candidates are compared
 LARGEST = 1 << 30  # instants of a run, at most: bounds time
 
 
@@ -127,8 +127,8 @@ def pooled_rms(parts: Iterable[Array]) -> float:
 def refined(observation: Observation, chain: Chain) -> Observation:
     """Return the observation on the coarsest grid whose stepping error cannot be seen in its noise.
 
-    The difference to the finest grid, summed over the run as a matched test would, stays below ``SEEN`` of a
-    standard deviation: the errors of several runs may all pull a value the same way.
+    The difference to the finest grid, summed over the run as a matched test would, stays below ``SEEN`` standard
+    deviations.
     """
     finest = min(FINEST, 1 << max(int(np.log2(LARGEST / observation.trace.size)), 1))
     substeps = observation.substeps

@@ -16,13 +16,14 @@ from identify.chain import CHUNK, Chain, answered
 from identify.derivatives.sensitivities import sensitivities
 from identify.discretise import Matrix
 from identify.fit import Fit, fit
-from identify.observe import FINEST, LARGEST, SEEN, Observation
+from identify.observe import FINEST, LARGEST, Observation
 from identify.quadratic import resolved
 from identify.trace import Array
 
 ROUNDS = 3  # of measuring what is left out and fitting again, at most
 STAYED = 2.0  # how far a fit may move, in sd of its residual: a twentieth of that is what the left out changes by
 ITERATIONS = 100  # of a fit in a round
+SEEN = 0.1  # sd of a matched test that stepping may be wrong by: errors of several runs may pull a value the same way
 SHOWN = 0.1  # share of what is told of any combination of values that half the step may add or take away
 TOLD = 0.3  # search coordinates; worse is told by no curvature (uncertainty.profile) and asks for no finer grid
 
