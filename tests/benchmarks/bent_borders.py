@@ -77,7 +77,8 @@ def trial(shape: Shape, seed: int) -> Trial:
     traces = [noisy(trace, NOISE_V, 1000 * seed + i) for i, trace in enumerate(clean(shape))]
     model = model_of(toleranced(RIG, seed + 1))
     observations, _ = observed(model, traces)
-    observations, straight = fitted(model, observations, [p for o in observations for p in staircase(o, 0.2)])
+    stairs = [p for o in observations for p in staircase(o, 0.2)]
+    observations, straight = fitted(model, observations, stairs, None)  # as identify does before it bends the borders
     made = orders(straight, observations)
     found, stage = made.bent, made.bent.chain.stage_of(CurvedPlay)
     wider = inflation(found.chain, observations)
