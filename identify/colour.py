@@ -15,8 +15,8 @@ from scipy.fft import next_fast_len
 from scipy.signal import detrend
 from scipy.stats import chi2
 
-from identify.noise import good, period_of, quantisation_rms, settled_dwells, stretches
-from identify.trace import Array, Mask, Trace, part
+from identify.noise import good, quantisation_rms, repeated, settled_dwells
+from identify.trace import Array, Mask, Trace
 
 HIGHEST = 8  # order
 FALSE_ALARMS = 1e-3  # share of white noises taken for coloured
@@ -171,11 +171,7 @@ def _grain(differences: Sequence[Array], floor: float) -> Grain:
 def _between_periods(trace: Trace, settle: int) -> Iterator[Array]:
     """Yield differences between periods of one stimulus that are far apart, per sqrt(2); 0 where a reading is lost."""
     ok = good(trace)
-    for start, stop in stretches(trace):
-        period = period_of(part(trace.u, start, stop))
-        first = start + max(settle, period)
-        if period == 0 or stop - first < 2 * period:
-            continue
+    for first, stop, period in repeated(trace, settle):
         lag = -(-APART // period) * period
         lag = lag if stop - first >= 2 * lag else period
         once = slice(first, first + min(stop - first - lag, MOST))

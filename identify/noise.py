@@ -5,7 +5,7 @@ stimulus, or within a settled dwell. First differences in time remove what is sl
 drift), which is physics to be explained and not noise.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -99,14 +99,19 @@ def good(trace: Trace) -> Mask:
     return np.broadcast_to(np.True_, trace.size) if trace.valid is None else trace.valid
 
 
-def _of_periods(trace: Trace, settle: int, pool: _Pool) -> _Pool:
-    """Add the differences between successive periods of a repeated stimulus, settled ones only."""
-    ok = good(trace)
+def repeated(trace: Trace, settle: int) -> Iterator[tuple[int, int, int]]:
+    """Yield [first, stop) of every settled stretch of two periods of a stimulus or more, and its period, in samples."""
     for start, stop in stretches(trace):
         period = period_of(part(trace.u, start, stop))
         first = start + max(settle, period)
-        if period == 0 or stop - first < 2 * period:
-            continue
+        if period and stop - first >= 2 * period:
+            yield first, stop, period
+
+
+def _of_periods(trace: Trace, settle: int, pool: _Pool) -> _Pool:
+    """Add the differences between successive periods of a repeated stimulus, settled ones only."""
+    ok = good(trace)
+    for first, stop, period in repeated(trace, settle):
         for a, b in blocks(first, stop - period - 1):
             once, again = slice(a, b + 1), slice(a + period, b + 1 + period)
             both = ok[once] & ok[again]

@@ -31,7 +31,7 @@ TOLD = 0.3  # search coordinates; worse is told by no curvature (uncertainty.pro
 def settled(
     found: Fit, observations: tuple[Observation, ...], fixed: Sequence[str]
 ) -> tuple[tuple[Observation, ...], Fit]:
-    """Return a fit on the samples' grid made as good as on a fine one, and the observations with what that one adds.
+    """Return a fit on a coarse grid made as good as on a fine one, and the observations with what that one adds.
 
     Where the fit moves, what is left out moves by a small part of that: few rounds settle both.
     """

@@ -17,10 +17,10 @@ import numpy as np
 from identify.identification import Identification
 from identify.interval import Interval
 from identify.joint import identify
-from identify.model import Backlash, Model, Rational
 from identify.trace import Array, Step, Trace
 from rig.plan import Plan, plan
 from rig.protocol import read_protocol
+from tests.benchmarks.paper_experiments import rig_file
 from tests.proof import paper_simulation as paper
 from tests.proof.paper_simulation import G1_GAIN, G2_GAIN, NAMES, TRUTH, Played
 
@@ -81,18 +81,6 @@ def traces(made: Experiment, noise_v: float, seed: int) -> tuple[Trace, ...]:
         Trace(name, p.rate_hz, p.u, x + rng.normal(0.0, noise_v, x.size),
               steps=tuple(Step(s.label, s.kind, s.start, s.stop, s.repeat) for s in p.steps))
         for name, p, x in zip(STIMULI, made.plans, made.clean, strict=True)
-    )  # fmt: skip
-
-
-def rig_file(off: float = 0.1) -> Model:
-    """Return the model an identification starts from: every value off by a tenth, up and down in turn.
-
-    G1 has the two poles of eq. (38a) and not the error beside them, which no noise in the paper lets one see.
-    """
-    a2, a1, s_l, d_l, s_u, d_u, c3, c2, c1, delay_s = TRUTH * (1.0 + off * np.where(np.arange(10) % 2, -1.0, 1.0))
-    return Model(
-        "the paper's simulation", Rational((G1_GAIN,), (a2, a1, 1.0)), Backlash(s_l, d_l, s_u, d_u),
-        Rational((G2_GAIN,), (c3, c2, c1, 1.0), delay_s),
     )  # fmt: skip
 
 
