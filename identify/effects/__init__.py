@@ -2,7 +2,10 @@
 
 from collections.abc import Iterable
 from functools import cache
+from importlib import import_module
 from importlib.metadata import entry_points
+from inspect import isabstract
+from pkgutil import iter_modules
 
 from identify.chain import Chain, plain_chain
 from identify.effects.effect import Effect, short
@@ -15,14 +18,25 @@ GROUP = "identify.effects"
 
 @cache
 def catalogue() -> dict[str, type[Effect]]:
-    """Return every installed effect by id; ValueError when a plug-in is not an effect or its name is not its id."""
-    found: dict[str, type[Effect]] = {}
-    for entry in sorted(entry_points(group=GROUP), key=lambda entry: entry.name):
+    """Return every effect by id: those of this package, one a file, and those that are installed as plug-ins.
+
+    Raises ValueError when a plug-in is not an effect, its name is not its id, or its id is taken.
+    """
+    modules = [import_module(f"{__name__}.{module.name}") for module in iter_modules(__path__)]
+    found = {kind.id: kind for module in modules for kind in vars(module).values() if _is_own(kind, module.__name__)}
+    for entry in entry_points(group=GROUP):
         effect = entry.load()
         if not (isinstance(effect, type) and issubclass(effect, Effect) and effect.id == entry.name):
             raise ValueError(f"entry point {entry.name} of group {GROUP} is {effect!r}, not the effect of that id")
+        if effect.id in found:
+            raise ValueError(f"entry point {entry.name} of group {GROUP}: the catalogue has an effect of that id")
         found[effect.id] = effect
-    return found
+    return dict(sorted(found.items()))
+
+
+def _is_own(kind: object, module: str) -> bool:
+    """Return whether ``kind`` is an effect that ``module`` defines, not one it imports."""
+    return isinstance(kind, type) and issubclass(kind, Effect) and kind.__module__ == module and not isabstract(kind)
 
 
 def effect_of(piece: Physics) -> Effect:

@@ -1,6 +1,7 @@
 """Does each effect do to the signals what an independent derivation of the same physics does?"""
 
 from importlib.metadata import EntryPoint
+from typing import final
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from identify import effects
 from identify.chain import Chain, local_name, plain_chain, simulate
 from identify.effects import catalogue, chain_of, effect_of, physics_in, with_physics
+from identify.effects.offset_drift import OffsetDrift
 from identify.effects.plateau_droop import PlateauDroop
 from identify.effects.saturation import Saturation
 from identify.effects.soft_saturation import SoftSaturation
@@ -216,13 +218,32 @@ def test_a_plug_in_that_is_no_effect_or_has_another_s_name_is_refused(monkeypatc
         catalogue.cache_clear()
 
 
+@final
+class Unheard(OffsetDrift):  # type: ignore[misc]  # what it does is not what this is about
+    """An effect of another package."""
+
+    id = "unheard"
+
+
 def test_the_catalogue_is_a_plug_in_point(monkeypatch):
-    """An effect from another package is in the catalogue by being installed."""
+    """An effect from another package is in the catalogue by being installed, beside those of this one."""
+    found = [EntryPoint("unheard", f"{__name__}:Unheard", effects.GROUP)]
+    monkeypatch.setattr(effects, "entry_points", lambda group: found)
+    catalogue.cache_clear()
+    try:
+        assert catalogue()["unheard"] is Unheard
+        assert catalogue()["saturation"] is Saturation
+    finally:
+        catalogue.cache_clear()
+
+
+def test_a_plug_in_cannot_take_the_place_of_an_effect(monkeypatch):
     found = [EntryPoint("saturation", "identify.effects.saturation:Saturation", effects.GROUP)]
     monkeypatch.setattr(effects, "entry_points", lambda group: found)
     catalogue.cache_clear()
     try:
-        assert catalogue() == {"saturation": Saturation}
+        with pytest.raises(ValueError, match=r"entry point saturation .* has an effect of that id"):
+            catalogue()
     finally:
         catalogue.cache_clear()
 
