@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.model import Backlash, Model, Physics, Rational
+from identify.model import Backlash, LinearF, Model, Physics, Rational
 from identify.observe import Observation
 from identify.trace import Array, Stored, Trace
 from tests.proof.bench import answer
@@ -19,9 +19,10 @@ FINE = 32  # sub-steps of a sample in the integrator
 
 def model_of(rig: Rig, physics: Sequence[Physics] = ()) -> Model:
     """Return the product's model of a rig of the trial bench."""
+    f = LinearF(rig.s_l, -rig.s_l * rig.d_l_v) if rig.linear else Backlash(rig.s_l, rig.d_l_v, rig.s_u, rig.d_u_v)
     return Model(
-        rig.name, Rational(rig.g1_num, rig.g1_den), Backlash(rig.s_l, rig.d_l_v, rig.s_u, rig.d_u_v),
-        Rational(rig.g2_num, rig.g2_den), rig.noise_v, physics=tuple(physics),
+        rig.name, Rational(rig.g1_num, rig.g1_den), f, Rational(rig.g2_num, rig.g2_den, rig.dead_time_s), rig.noise_v,
+        physics=tuple(physics),
     )  # fmt: skip
 
 
@@ -31,9 +32,9 @@ def recorded(
 ) -> Trace:  # fmt: skip
     """Return what the integrator says a bench would record."""
     grid = Grid(stimulus.rate_hz, stimulus.u.size, fine, start_s)
-    clean = answer(rig, stimulus.u, grid, tuple(physics), seed)
-    noise = np.random.default_rng([seed, 99]).normal(0.0, 1.0, clean.size) * noise_v
-    return Trace(stimulus.name, stimulus.rate_hz, stimulus.u, clean + noise, start_s=start_s)
+    noise = np.random.default_rng([seed, 99]).normal(0.0, 1.0, stimulus.u.size) * noise_v
+    y = answer(rig, stimulus.u, grid, tuple(physics), seed, noise)
+    return Trace(stimulus.name, stimulus.rate_hz, stimulus.u, y, start_s=start_s)
 
 
 def noisy(trace: Trace, noise_v: float, seed: int) -> Trace:

@@ -1,18 +1,21 @@
 """What does a bench record when this rig, with this concealed physics, plays these stimuli?"""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
-from tests.proof.cases import Case, Concealed
-from tests.proof.integrator import Array, Grid, between, held, linear_block, read_at
+from tests.proof.cases import Concealed
+from tests.proof.integrator import Array, Grid, between, held, linear_block, read_at, read_when
+from tests.proof.outside import OUTSIDE
 from tests.proof.physics import WHERE, Place, Scene, ideal_play
 from tests.proof.rigs import Rig
 from tests.proof.stimuli import Segment, Stimulus
 
 SUBSTEPS = 32  # of a sample; tests/unit/proof/test_accuracy.py measures what is left of the error
-PAUSE_S = 2.3  # between two runs, while the operator changes the protocol
+LAWS = {**WHERE, **OUTSIDE}
+SPARE = 64  # samples simulated beyond the end: a clock may run fast, a reading may be lost
 
 
 @dataclass(frozen=True)
@@ -44,54 +47,87 @@ class _Path:
     def through(self, place: Place, signal: Array) -> Array:
         """Return the signal after everything concealed at ``place``, in the order of the case."""
         for concealed in self.physics:
-            where, change = WHERE[concealed.name]
+            where, change = LAWS[concealed.name]
             if where == place:
-                signal = change(signal, Scene(self.grid, self.rig, self.u, concealed.values, self.seed))
+                signal = change(signal, self._scene(concealed.values))
         return signal
 
     def play(self, v: Array) -> Array:
-        """Return w of the operator, or of the one concealed physics that replaces it."""
-        if self._count("play") == 0:
-            return ideal_play(v, Scene(self.grid, self.rig, self.u, {}, self.seed))
-        return self.through("play", v)
+        """Return w of the operator, or of the one concealed physics that replaces it; ValueError when two would."""
+        count = self._count("play")
+        if count > 1:
+            raise ValueError(f"{count} physics at place play: each replaces the operator, so one is allowed")
+        return self.through("play", v) if count else ideal_play(v, self._scene({}))
 
     def read(self, x: Array) -> Array:
         """Return x at the readings, shape (samples,)."""
-        return self.through("late", x) if self._count("late") else read_at(x, self.grid)
+        if not self._count("late"):
+            return read_at(x, self.grid, self.rig.dead_time_s)
+        return read_when(x, self.through("late", self.grid.sample_s - self.rig.dead_time_s), self.grid.step_s)
 
     def _count(self, place: Place) -> int:
-        count = sum(WHERE[concealed.name][0] == place for concealed in self.physics)
-        if count > 1:
-            raise ValueError(f"{count} physics at place {place}: each replaces what stands there, so one is allowed")
-        return count
+        return sum(LAWS[concealed.name][0] == place for concealed in self.physics)
+
+    def _scene(self, values: dict[str, float]) -> Scene:
+        return Scene(self.grid, self.rig, self.u, values, self.seed)
 
 
-def answer(rig: Rig, u: Array, grid: Grid, physics: tuple[Concealed, ...] = (), seed: int = 0) -> Array:
-    """Return the readings without noise, V, shape (samples,), of a rig at rest (v = w = 0, hold capacitor emptied)."""
-    path = _Path(grid, rig, u, physics, seed)
-    v = path.through("v", linear_block(held(u, grid), rig.g1_num, rig.g1_den, grid.step_s))
-    w = path.through("w", path.play(v))
-    x = path.through("x", linear_block(between(w), rig.g2_num, rig.g2_den, grid.step_s, rest=float(w[0])))
-    return path.through("y", path.read(x))
+def answer(
+    rig: Rig, u: Array, grid: Grid, physics: tuple[Concealed, ...] = (), seed: int = 0, noise_v: Array | None = None
+) -> Array:
+    """Return the readings, V, shape (samples,), of a rig at rest (v = w = 0, hold capacitor emptied).
+
+    ``noise_v`` is what the amplifiers add to the readings before they are converted, V, shape (samples,).
+    """
+    u = np.concatenate([u, np.full(SPARE, u[-1])])
+    path = _Path(replace(grid, samples=u.size), rig, u, physics, seed)
+    step_s = grid.step_s
+    drive = path.through("drive", held(path.through("dac", u), grid))
+    w = path.play(path.through("v", linear_block(drive, rig.g1_num, rig.g1_den, step_s)))
+    w = path.through("w", w)
+    x = path.through("x", linear_block(between(w), rig.g2_num, rig.g2_den, step_s, rest=float(w[0])))
+    y = path.through("y", path.read(x))
+    if noise_v is not None:
+        y[: noise_v.size] += noise_v
+    return path.through("adc", y)[: grid.samples]
 
 
-def schedule(case: Case) -> Iterator[tuple[Stimulus, float, bool]]:
+class Playable(Protocol):
+    """What is played to which rig, and what is concealed in it."""
+
+    @property
+    def rig(self) -> Rig: ...
+    @property
+    def physics(self) -> tuple[Concealed, ...]: ...
+    @property
+    def training(self) -> tuple[Stimulus, ...]: ...
+    @property
+    def held_out(self) -> tuple[Stimulus, ...]: ...
+    @property
+    def seed(self) -> int: ...
+
+
+def schedule(case: Playable) -> Iterator[tuple[Stimulus, float, bool]]:
     """Yield every stimulus of the case, its start on the clock in s, and whether it is held out."""
-    start_s = 0.0
+    end_s = 0.0
     for stimuli, held_out in ((case.training, False), (case.held_out, True)):
         for stimulus in stimuli:
+            start_s = end_s + stimulus.pause_s if end_s else 0.0
             yield stimulus, start_s, held_out
-            start_s += stimulus.u.size / stimulus.rate_hz + PAUSE_S
+            end_s = start_s + stimulus.u.size / stimulus.rate_hz
 
 
-def record(case: Case, substeps: int = SUBSTEPS) -> tuple[Run, ...]:
+def noise_of(case: Playable, number: int, samples: int) -> Array:
+    """Return the white Gaussian noise of a run of the case, V, shape (samples,)."""
+    return np.random.default_rng([case.seed, number]).normal(0.0, case.rig.noise_v, samples)
+
+
+def record(case: Playable, substeps: int = SUBSTEPS) -> tuple[Run, ...]:
     """Return all recordings of a case, training first, with the white Gaussian noise of its rig."""
     runs = []
     for number, (stimulus, start_s, held_out) in enumerate(schedule(case)):
         grid = Grid(stimulus.rate_hz, stimulus.u.size, substeps, start_s)
-        clean = answer(case.rig, stimulus.u, grid, case.physics, case.seed)
-        noise = np.random.default_rng([case.seed, number]).normal(0.0, case.rig.noise_v, clean.size)
-        runs.append(
-            Run(stimulus.name, stimulus.u, clean + noise, stimulus.rate_hz, start_s, stimulus.segments, held_out)
-        )
+        noise_v = noise_of(case, number, stimulus.u.size)
+        y = answer(case.rig, stimulus.u, grid, case.physics, case.seed, noise_v)
+        runs.append(Run(stimulus.name, stimulus.u, y, stimulus.rate_hz, start_s, stimulus.segments, held_out))
     return tuple(runs)

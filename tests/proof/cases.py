@@ -100,7 +100,7 @@ LIBRARY = (
 
 OUTSIDE = (
     _unknown("curved_border", OP_AMP, 131, "curved_border", {"k3": 0.021}),
-    _unknown("second_play", OP_AMP, 132, "second_play", {"wider": 1.43, "weight": 0.067}),
+    _unknown("second_play", OP_AMP, 132, "second_play", {"gap": 3.575, "weight": 0.067}),
     _unknown("slew_limit", OP_AMP, 133, "slew_limit", {"rate": 2310.0}),
     _unknown("absorption", OP_AMP, 134, "absorption", {"fraction": 0.043, "tau": 0.083}),
     _unknown("resonance", OP_AMP, 135, "resonance in G2", {"w_n": 1430.0, "zeta": 0.27}),

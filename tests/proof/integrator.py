@@ -128,6 +128,41 @@ def slewed(signal, largest_change):  # type: ignore[no-untyped-def]  # compiled
     return out
 
 
+@njit(cache=True)
+def soft_play(v, s_l, d_l, s_u, d_u, width, count):  # type: ignore[no-untyped-def]  # compiled
+    """Return the mean w of ``count`` plays whose crossings are spread evenly over ``width``, wide with wide."""
+    w = np.zeros(v.size)
+    for i in range(count):
+        shift = width * ((i + 0.5) / count - 0.5)
+        level = 0.0
+        for n in range(v.size):
+            level = min(max(level, s_l * (v[n] - d_l - shift)), s_u * (v[n] - d_u + shift))
+            w[n] += level
+    return w / count
+
+
+@njit(cache=True)
+def sticking_play(lower, upper, stuck_v):  # type: ignore[no-untyped-def]  # compiled
+    """Return w of a play that, once it rested in its gap, must be pushed ``stuck_v`` past a border to break loose."""
+    w = np.empty(lower.size)
+    level, sliding = 0.0, False
+    for n in range(lower.size):
+        give = 0.0 if sliding else stuck_v
+        if level < lower[n] - give:
+            level, sliding = lower[n], True
+        elif level > upper[n] + give:
+            level, sliding = upper[n], True
+        elif lower[n] < level < upper[n]:
+            sliding = False
+        w[n] = level
+    return w
+
+
+def read_when(nodes: Array, times_s: Array, step_s: float) -> Array:
+    """Return a signal at any times since the start of the run; outside it rests at its first or last value."""
+    return np.interp(times_s, np.arange(nodes.size) * step_s, nodes)
+
+
 def read_at(nodes: Array, grid: Grid, delay_s: float = 0.0) -> Array:
     """Return the readings at the sample times, ``delay_s`` late; before the start the signal rests at its first value.
 

@@ -1,18 +1,20 @@
 """What does a concealed piece of physics do to the signals? Each from its own equation, one function a place.
 
-Places, in the order of the signal path: ``v`` (after G1), ``play`` (the operator itself), ``w`` (after F), ``x``
-(after G2), ``late`` (how late the reading is) and ``y`` (at the readings). A function takes the signal and a Scene and
-returns the signal changed; WHERE says which function stands for a name, and at which place.
+Places, in the order of the signal path: ``dac`` (the values the DAC is given), ``drive`` (what it puts out, its mean
+over every sub-step), ``v`` (after G1), ``play`` (the operator itself), ``w`` (after F), ``x`` (after G2), ``late``
+(the times of the readings), ``y`` (at the readings) and ``adc`` (at the readings, their noise included). A function
+takes the signal and a Scene and returns the signal changed; WHERE says which function stands for a name, and at which
+place. Every id of the catalogue in physics.md has its law here; tests/proof/outside.py has others.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from scipy.special import wrightomega
 
-from tests.proof.integrator import Array, Grid, between, linear_block, play, read_at, slewed
+from tests.proof.integrator import Array, Grid, between, linear_block, play, slewed, soft_play
 from tests.proof.rigs import Rig
 
 
@@ -36,8 +38,14 @@ class Scene:
         """Return the random numbers of this stage, the same for every run of a case."""
         return np.random.default_rng([self.seed, 4242])
 
+    @property
+    def rng_of_run(self) -> np.random.Generator:
+        """Return random numbers that no other run of the case has: what is new in every run."""
+        return np.random.default_rng([self.seed, 4242, round(1e3 * self.grid.start_s)])
+
 
 Change = Callable[[Array, Scene], Array]
+CONTACTS = 40  # plays that stand for a rounded take-up
 
 
 def borders(v: Array, rig: Rig) -> tuple[Array, Array]:
@@ -50,12 +58,35 @@ def ideal_play(v: Array, scene: Scene) -> Array:
     return play(*borders(v, scene.rig), 0.0, 1.0, 0.0)
 
 
+# --- source -------------------------------------------------------------------------------------------------------
+
+
+def rounded(signal: Array, scene: Scene) -> Array:
+    """Round to whole multiples of ``lsb``: what a DAC can put out, or an ADC can say."""
+    return scene.values["lsb"] * np.round(signal / scene.values["lsb"])
+
+
+def cubic(u: Array, scene: Scene) -> Array:
+    """Bend the source: u + k u^3."""
+    return u + scene.values["k"] * u**3
+
+
+def clipped(signal: Array, scene: Scene) -> Array:
+    """Clip to [lower, upper]: the source, w behind the play, or the readings with their noise."""
+    return np.clip(signal, scene.values.get("lower", -np.inf), scene.values.get("upper", np.inf))
+
+
+def source_pole(drive: Array, scene: Scene) -> Array:
+    """Pass what the DAC puts out through 1/(1 + s tau), at rest before the run."""
+    return between(linear_block(drive, (1.0,), (scene.values["tau"], 1.0), scene.grid.step_s))
+
+
+def input_ac_coupling(drive: Array, scene: Scene) -> Array:
+    """Pass what the DAC puts out through s/(s + 1/tau), at rest before the run."""
+    return drive - source_pole(drive, scene)
+
+
 # --- F ------------------------------------------------------------------------------------------------------------
-
-
-def saturation(w: Array, scene: Scene) -> Array:
-    """Clip to [lower, upper]: w behind the play, or the readings."""
-    return np.clip(w, scene.values["lower"], scene.values["upper"])
 
 
 def soft_saturation(w: Array, scene: Scene) -> Array:
@@ -64,19 +95,37 @@ def soft_saturation(w: Array, scene: Scene) -> Array:
     return level * np.tanh(w / level)
 
 
-def soft_saturation_upper(w: Array, scene: Scene) -> Array:
-    """Compress only positive w."""
-    return np.where(w > 0.0, soft_saturation(w, scene), w)
+def upper(law: Change) -> Change:
+    """Return the law for positive signals only."""
+    return lambda signal, scene: np.where(signal > 0.0, law(np.maximum(signal, 0.0), scene), signal)
 
 
-def diode_clamp(w: Array, scene: Scene) -> Array:
-    """Load positive w by a chain of diodes behind a resistor: w = w' + drop (exp(w' / knee) - 1), all in V.
+def lower(law: Change) -> Change:
+    """Return the law, turned about zero, for negative signals only."""
+    return lambda signal, scene: -upper(law)(-signal, scene)
 
-    Solved by Wright's omega, omega + ln(omega) = z.
+
+def shunt_diode(w: Array, scene: Scene) -> Array:
+    """Load w by a chain of diodes, ``series`` of R in line with it: w = (1 + series) i + x, i in volts on R.
+
+    i = drop (exp(x / knee) - 1), all in V; solved for x by Wright's omega, omega + ln(omega) = z.
     """
-    drop, knee = scene.values["drop"], scene.values["knee"]
-    clamped = w + drop - knee * wrightomega(np.log(drop / knee) + (w + drop) / knee)
-    return np.where(w > 0.0, clamped, w)
+    drop, knee, series = scene.values["drop"], scene.values["knee"], scene.values.get("series", 0.0)
+    whole = drop * (1.0 + series)
+    x = w + whole - knee * wrightomega(np.log(whole / knee) + (w + whole) / knee)
+    return x + series * (w - x) / (1.0 + series)
+
+
+def diode_pair(w: Array, scene: Scene) -> Array:
+    """Load w by a diode of either polarity: the law of the current is odd; its inverse is read off a dense table."""
+    drop, knee, series = scene.values["drop"], scene.values["knee"], scene.values.get("series", 0.0)
+    top = knee * np.log1p(np.abs(w).max() / drop) * np.linspace(-1.0, 1.0, 400_001)
+    current = 2.0 * drop * np.sinh(top / knee)
+    return np.interp(w, (1.0 + series) * current + top, series * current + top)
+
+
+soft_saturation_upper, soft_saturation_lower = upper(soft_saturation), lower(soft_saturation)
+diode_clamp, diode_clamp_lower = upper(shunt_diode), lower(shunt_diode)
 
 
 def leak(v: Array, scene: Scene) -> Array:
@@ -90,19 +139,40 @@ def bias_current(v: Array, scene: Scene) -> Array:
     return play(*borders(v, scene.rig), 0.0, 1.0, scene.values["current"] * scene.grid.step_s)
 
 
+def backlash(v: Array, scene: Scene) -> Array:
+    """Put borders at D_L and D_U where the rig file knows none."""
+    return ideal_play(v, replace(scene, rig=replace(scene.rig, d_l_v=scene.values["D_L"], d_u_v=scene.values["D_U"])))
+
+
+def unequal_slopes(v: Array, scene: Scene) -> Array:
+    """Let the falling border have ``ratio`` times the slope of the rising one."""
+    return ideal_play(v, replace(scene, rig=replace(scene.rig, s_u=scene.values["ratio"] * scene.rig.s_l)))
+
+
 def curved_border(v: Array, scene: Scene) -> Array:
-    """Bend both borders: w = s (v - d) + k3 (v - d)^3."""
-    rig, k3 = scene.rig, scene.values["k3"]
+    """Bend both borders: w = s (v - d) + k2 (v - d)^2 + k3 (v - d)^3."""
+    rig, k2, k3 = scene.rig, scene.values.get("k2", 0.0), scene.values.get("k3", 0.0)
     rising, falling = v - rig.d_l_v, v - rig.d_u_v
-    lower = rising * (rig.s_l + k3 * rising * rising)
-    upper = falling * (rig.s_u + k3 * falling * falling)
-    return play(lower, upper, 0.0, 1.0, 0.0)
+    bounds = [a * (s + a * (k2 + a * k3)) for a, s in ((rising, rig.s_l), (falling, rig.s_u))]
+    return play(*bounds, 0.0, 1.0, 0.0)
+
+
+def soft_knee(v: Array, scene: Scene) -> Array:
+    """Round the take-up: contact is made over a stretch of ``width`` [V] of v, evenly, as by many plays side by side."""
+    rig = scene.rig
+    return soft_play(v, rig.s_l, rig.d_l_v, rig.s_u, rig.d_u_v, scene.values["width"], CONTACTS)
+
+
+def plateau_tilt(v: Array, scene: Scene) -> Array:
+    """Let part of v pass beside the play: w + k v."""
+    return ideal_play(v, scene) + scene.values["k"] * v
 
 
 def second_play(v: Array, scene: Scene) -> Array:
-    """Mix in, with ``weight``, a second play whose gap is ``wider`` times as wide."""
-    rig, wider, weight = scene.rig, scene.values["wider"], scene.values["weight"]
-    second = play(rig.s_l * (v - wider * rig.d_l_v), rig.s_u * (v - wider * rig.d_u_v), 0.0, 1.0, 0.0)
+    """Mix in, with ``weight``, a second play whose gap is ``gap`` [V] wide around the middle of the first."""
+    rig, half, weight = scene.rig, 0.5 * scene.values["gap"], scene.values["weight"]
+    middle = 0.5 * (rig.d_l_v + rig.d_u_v)
+    second = ideal_play(v, replace(scene, rig=replace(rig, d_l_v=middle + half, d_u_v=middle - half)))
     return (1.0 - weight) * ideal_play(v, scene) + weight * second
 
 
@@ -131,6 +201,13 @@ def absorption(w: Array, scene: Scene) -> Array:
 def extra_pole(signal: Array, scene: Scene) -> Array:
     """Pass the signal through 1/(1 + s tau), settled before the run."""
     return _lag(signal, scene.values["tau"], scene)
+
+
+def process_noise(v: Array, scene: Scene) -> Array:
+    """Add noise of ``sd`` [V], white up to ``bandwidth`` [Hz], to v; new in every run."""
+    lines = np.fft.rfft(scene.rng_of_run.normal(0.0, 1.0, v.size))
+    kept = np.fft.rfftfreq(v.size, scene.grid.step_s) <= scene.values["bandwidth"]
+    return v + scene.values["sd"] * np.fft.irfft(lines * kept, v.size) / np.sqrt(np.mean(kept))
 
 
 def resonance(signal: Array, scene: Scene) -> Array:
@@ -196,37 +273,91 @@ def ac_coupling(x: Array, scene: Scene) -> Array:
     return x - _lag(x, scene.values["tau"], scene)
 
 
-Place = Literal["v", "play", "w", "x", "late", "y"]
+def dead_time(times_s: Array, scene: Scene) -> Array:
+    """Read what was there ``delay`` before."""
+    return times_s - scene.values["delay"]
 
 
-def dead_time(x: Array, scene: Scene) -> Array:
-    """Read x ``delay`` late."""
-    return read_at(x, scene.grid, scene.values["delay"])
+def clock_skew(times_s: Array, scene: Scene) -> Array:
+    """Read ``ppm`` millionths too early, counted from the start of the run: a fast clock of the ADC."""
+    return times_s * (1.0 - 1e-6 * scene.values["ppm"])
+
+
+def coloured_noise(y: Array, scene: Scene) -> Array:
+    """Add noise of ``sd`` [V] whose power falls as 1 / f^slope from the length of the run to half the rate."""
+    shape = np.maximum(np.arange(y.size // 2 + 1), 1.0) ** (-0.5 * scene.values["slope"])
+    shape[0] = 0.0
+    lines = shape * np.fft.rfft(scene.rng_of_run.normal(0.0, 1.0, y.size))
+    power = np.sum(shape**2) * 2.0 / y.size
+    return y + scene.values["sd"] * np.fft.irfft(lines, y.size) / np.sqrt(power)
+
+
+def spikes(y: Array, scene: Scene) -> Array:
+    """Throw single readings off by ``size`` [V], up or down, ``rate`` times a second on the clock of the case."""
+    last_s = scene.grid.start_s + y.size / scene.grid.rate_hz
+    moments = np.cumsum(scene.rng.exponential(1.0, 1000 + round(2.0 * last_s * scene.values["rate"])))
+    signs = np.where(scene.rng.permutation(moments.size) % 2 == 0, 1.0, -1.0)
+    index = np.floor((moments / scene.values["rate"] - scene.grid.start_s) * scene.grid.rate_hz)
+    here = (index >= 0.0) & (index < y.size)
+    out = y.copy()
+    out[index[here].astype(int)] += scene.values["size"] * signs[here]
+    return out
+
+
+def missing_samples(y: Array, scene: Scene) -> Array:
+    """Lose ``count`` readings at ``position`` [s] on the clock of the case: what follows in that run comes early."""
+    at = round((scene.values["position"] - scene.grid.start_s) * scene.grid.rate_hz)
+    if not 0 <= at < y.size:
+        return y
+    count = round(scene.values["count"])
+    return np.concatenate([y[:at], y[at + count :], np.full(min(count, y.size - at), y[-1])])
+
+
+Place = Literal["dac", "drive", "v", "play", "w", "x", "late", "y", "adc"]
 
 
 WHERE: dict[str, tuple[Place, Change]] = {
+    "dac_quantisation": ("dac", rounded),
+    "source_nonlinearity": ("dac", cubic),
+    "input_clipping": ("dac", clipped),
+    "source_pole": ("drive", source_pole),
+    "input_ac_coupling": ("drive", input_ac_coupling),
     "hum at G1": ("v", hum_at_v),
     "extra_pole in G1": ("v", extra_pole),
+    "resonance in G1": ("v", resonance),
+    "process_noise": ("v", process_noise),
+    "backlash": ("play", backlash),
+    "unequal_slopes": ("play", unequal_slopes),
     "leak": ("play", leak),
     "bias current": ("play", bias_current),
     "curved_border": ("play", curved_border),
+    "soft_knee": ("play", soft_knee),
+    "plateau_tilt": ("play", plateau_tilt),
     "second_play": ("play", second_play),
     "rate_dependent_gap": ("play", rate_dependent_gap),
-    "saturation": ("w", saturation),
+    "saturation": ("w", clipped),
     "soft_saturation": ("w", soft_saturation),
     "soft_saturation, upper": ("w", soft_saturation_upper),
+    "soft_saturation, lower": ("w", soft_saturation_lower),
     "diode_clamp": ("w", diode_clamp),
+    "diode_clamp, lower": ("w", diode_clamp_lower),
+    "diode_clamp, both": ("w", diode_pair),
     "slew_limit": ("w", slew_limit),
     "absorption": ("w", absorption),
     "extra_pole in G2": ("x", extra_pole),
     "resonance in G2": ("x", resonance),
     "ac_coupling": ("x", ac_coupling),
     "dead_time": ("late", dead_time),
+    "clock_skew": ("late", clock_skew),
     "feedthrough": ("y", feedthrough),
     "gain_drift": ("y", gain_drift),
     "rectifying_sensor": ("y", rectifying_sensor),
     "offset_drift": ("y", offset_drift),
     "adc_nonlinearity": ("y", adc_nonlinearity),
-    "adc_clipping": ("y", saturation),
+    "coloured_noise": ("y", coloured_noise),
     "hum at sense": ("y", hum_at_y),
+    "spikes": ("adc", spikes),
+    "adc_clipping": ("adc", clipped),
+    "adc_quantisation": ("adc", rounded),
+    "missing_samples": ("adc", missing_samples),
 }

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 RATE_HZ = 10_000.0
+PAUSE_S = 2.3  # between two runs, while the operator changes the protocol
 
 # Fig. 13 (physics.md 1.5): from rest to -3 V, up to +3 V (k = 1..13), down to -3.5 V (k = 14..26).
 FIG13_LEVELS_V = tuple(float(v) for v in np.concatenate([np.arange(-3.0, 3.1, 0.5), np.arange(2.5, -3.6, -0.5)]))
@@ -28,18 +29,19 @@ class Segment:
 
 @dataclass(frozen=True)
 class Stimulus:
-    """What the DAC holds, ``u`` in V, shape (N,), and its segments."""
+    """What the DAC holds, ``u`` in V, shape (N,), its segments, and the pause since the run before."""
 
     name: str
     u: Array
     segments: tuple[Segment, ...]
     rate_hz: float = RATE_HZ
+    pause_s: float = PAUSE_S
 
 
 def staircase(name: str, levels_v: tuple[float, ...], dwell_s: float, repeats: int = 1) -> Stimulus:
     """Return the levels held for ``dwell_s`` each, the whole walk ``repeats`` times."""
     once = np.repeat(np.asarray(levels_v), round(dwell_s * RATE_HZ))
-    return _repeated(name, "staircase", once, repeats)
+    return repeated(name, "staircase", once, repeats)
 
 
 def sine(name: str, frequency_hz: float, amplitude_v: float, periods: int, repeats: int) -> Stimulus:
@@ -51,19 +53,20 @@ def sine(name: str, frequency_hz: float, amplitude_v: float, periods: int, repea
     if samples != round(samples):
         raise ValueError(f"{name}: {periods} periods of {frequency_hz} Hz are {samples} samples, not a whole number")
     once = amplitude_v * np.sin(2.0 * np.pi * frequency_hz * np.arange(round(samples)) / RATE_HZ)
-    return _repeated(name, "sine", once, repeats)
+    return repeated(name, "sine", once, repeats)
 
 
-def multisine(name: str, peak_v: float, repeats: int) -> Stimulus:
-    """Return MULTISINE_HZ with equal amplitudes and Schroeder phases over periods of 1 s, scaled to ``peak_v``."""
+def multisine(name: str, peak_v: float, repeats: int, lines_hz: tuple[float, ...] = MULTISINE_HZ) -> Stimulus:
+    """Return ``lines_hz`` with equal amplitudes and Schroeder phases over periods of 1 s, scaled to ``peak_v``."""
     t = np.arange(round(RATE_HZ)) / RATE_HZ
-    index = np.arange(len(MULTISINE_HZ))
-    phases = -np.pi * index * (index + 1) / len(MULTISINE_HZ)
-    once = np.sin(2.0 * np.pi * np.outer(t, MULTISINE_HZ) + phases).sum(axis=1)
-    return _repeated(name, "multisine", once * peak_v / np.abs(once).max(), repeats)
+    index = np.arange(len(lines_hz))
+    phases = -np.pi * index * (index + 1) / len(lines_hz)
+    once = np.sin(2.0 * np.pi * np.outer(t, lines_hz) + phases).sum(axis=1)
+    return repeated(name, "multisine", once * peak_v / np.abs(once).max(), repeats)
 
 
-def _repeated(name: str, kind: str, once: Array, repeats: int) -> Stimulus:
+def repeated(name: str, kind: str, once: Array, repeats: int) -> Stimulus:
+    """Return ``once``, V, shape (n,), played ``repeats`` times, a segment each."""
     segments = tuple(Segment(name, kind, r * once.size, (r + 1) * once.size, r) for r in range(repeats))
     return Stimulus(name, np.tile(once, repeats), segments)
 

@@ -168,7 +168,9 @@ OUTSIDE: dict[str, Draw] = {
     name: _unnamed(name, values)
     for name, values in {
         "curved_border": lambda rng, rig, z: {"k3": 7.5e-3 * z * _sign(rng)},
-        "second_play": lambda rng, rig, z: {"wider": float(rng.uniform(1.2, 1.8)), "weight": 7.3e-3 * z},
+        "second_play": lambda rng, rig, z: {
+            "gap": 2.0 * rig.half_gap_v * float(rng.uniform(1.2, 1.8)), "weight": 7.3e-3 * z
+        },
         "slew_limit": lambda rng, rig, z: {"rate": 5300.0 * z**-0.5},
         "absorption": lambda rng, rig, z: {"fraction": 5.8e-3 * z, "tau": _between(rng, 0.02, 0.3)},
         "resonance in G2": lambda rng, rig, z: {"w_n": 3100.0 * z**-0.5, "zeta": float(rng.uniform(0.1, 0.6))},

@@ -33,7 +33,7 @@ def test_kinds_come_in_the_shares_promised():
 
 
 def test_every_physics_is_drawn_and_stands_on_the_bench():
-    assert {*LIBRARY, *OUTSIDE} == {physics.name for case in MANY for physics in case.physics} == set(WHERE)
+    assert {*LIBRARY, *OUTSIDE} == {physics.name for case in MANY for physics in case.physics} <= set(WHERE)
 
 
 def test_stages_are_those_of_the_findings():

@@ -1,0 +1,105 @@
+"""What may be missing that no catalogue lists? Physics of the bench's own devising, to see what is said of the unheard.
+
+Laws as in tests/proof/physics.py, with the same places. None of them is an effect of the product, and none may become
+one: they stand for what a user's rig has and nobody thought of.
+"""
+
+import numpy as np
+from numba import njit
+
+from tests.proof.integrator import Array, linear_block, play, read_when, sticking_play
+from tests.proof.physics import Change, Place, Scene, borders
+
+
+def reference_ripple(drive: Array, scene: Scene) -> Array:
+    """Let the DAC's reference ripple: u times 1 + share sin(2 pi f t), locked to the clock."""
+    time_s = scene.grid.start_s + (np.arange(drive.size) + 0.5) * scene.grid.step_s
+    return drive * (1.0 + scene.values["share"] * np.sin(2.0 * np.pi * scene.values["frequency"] * time_s))
+
+
+def self_heating(v: Array, scene: Scene) -> Array:
+    """Let the gain before the gap fall with what v^2 has heated: v (1 - k T), T' = (v^2 - T) / tau, V^2."""
+    heat = linear_block(0.5 * (v[1:] ** 2 + v[:-1] ** 2), (1.0,), (scene.values["tau"], 1.0), scene.grid.step_s)
+    return v * (1.0 - scene.values["k"] * heat)
+
+
+def level_dependent_delay(v: Array, scene: Scene) -> Array:
+    """Let v come later the higher it stands, by k [s/V], as behind a capacitance that depends on its voltage."""
+    time_s = scene.grid.run_s
+    return read_when(v, time_s - scene.values["k"] * np.abs(v), scene.grid.step_s)
+
+
+def stick_slip(v: Array, scene: Scene) -> Array:
+    """Let w stick once it rested: it breaks loose only ``stuck`` [V] of w past a border, and then jumps onto it."""
+    return sticking_play(*borders(v, scene.rig), scene.values["stuck"])
+
+
+def wearing_gap(v: Array, scene: Scene) -> Array:
+    """Let the gap widen with the clock: both crossings times 1 + rate t."""
+    rig = scene.rig
+    wider = 1.0 + scene.values["rate"] * (scene.grid.start_s + scene.grid.run_s)
+    return play(rig.s_l * (v - wider * rig.d_l_v), rig.s_u * (v - wider * rig.d_u_v), 0.0, 1.0, 0.0)
+
+
+def crossover(w: Array, scene: Scene) -> Array:
+    """Lose the middle of w, as a class-B stage without bias does: nothing until ``dead`` [V], then w less that."""
+    return np.sign(w) * np.maximum(np.abs(w) - scene.values["dead"], 0.0)
+
+
+def lost_contact(w: Array, scene: Scene) -> Array:
+    """Hold w while a contact is open: ``rate`` times a second, for ``length`` [s] each, anew in every run."""
+    duration_s = scene.grid.run_s[-1]
+    opens_s = scene.rng_of_run.uniform(0.0, duration_s, max(1, round(scene.values["rate"] * duration_s)))
+    return _held(w, scene.grid.run_s, np.sort(opens_s), scene.values["length"])
+
+
+@njit(cache=True)
+def _held(signal, time_s, opens_s, length_s):  # type: ignore[no-untyped-def]  # compiled
+    """Return the signal held for ``length_s`` from every one of the times ``opens_s`` on."""
+    out = signal.copy()
+    i, until_s = 0, -1.0
+    for n in range(1, out.size):
+        while i < opens_s.size and time_s[n] >= opens_s[i]:
+            until_s = opens_s[i] + length_s
+            i += 1
+        if time_s[n] < until_s:
+            out[n] = out[n - 1]
+    return out
+
+
+def echo(x: Array, scene: Scene) -> Array:
+    """Add what was there ``delay`` [s] before, ``share`` of it."""
+    return x + scene.values["share"] * read_when(x, scene.grid.run_s - scene.values["delay"], scene.grid.step_s)
+
+
+def stray_line(y: Array, scene: Scene) -> Array:
+    """Add a line that is none of the mains, ``amplitude`` [V] at ``frequency`` [Hz], as a switching supply does."""
+    return y + scene.values["amplitude"] * np.sin(2.0 * np.pi * scene.values["frequency"] * scene.clock_s)
+
+
+def telegraph(y: Array, scene: Scene) -> Array:
+    """Let the zero jump up by ``size`` [V] and back at moments of chance, ``rate`` a second: popcorn noise."""
+    last_s = scene.clock_s[-1]
+    mean_s = 1.0 / scene.values["rate"]
+    moments_s = np.cumsum(scene.rng.exponential(mean_s, 200 + round(2.0 * last_s / mean_s)))
+    return y + scene.values["size"] * (np.searchsorted(moments_s, scene.clock_s) % 2)
+
+
+def missing_code(y: Array, scene: Scene) -> Array:
+    """Jump by ``step`` [V] above the reading ``level`` [V], as a converter does where a bit weighs too much."""
+    return y + scene.values["step"] * (y > scene.values["level"])
+
+
+OUTSIDE: dict[str, tuple[Place, Change]] = {
+    "reference_ripple": ("drive", reference_ripple),
+    "self_heating": ("v", self_heating),
+    "level_dependent_delay": ("v", level_dependent_delay),
+    "stick_slip": ("play", stick_slip),
+    "wearing_gap": ("play", wearing_gap),
+    "crossover": ("w", crossover),
+    "lost_contact": ("w", lost_contact),
+    "echo": ("x", echo),
+    "stray_line": ("y", stray_line),
+    "telegraph": ("y", telegraph),
+    "missing_code": ("y", missing_code),
+}
