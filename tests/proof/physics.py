@@ -158,7 +158,7 @@ def curved_border(v: Array, scene: Scene) -> Array:
 
 
 def soft_knee(v: Array, scene: Scene) -> Array:
-    """Round the take-up: contact is made over a stretch of ``width`` [V] of v, evenly, as by many plays side by side."""
+    """Round the take-up: contact is made evenly over ``width`` [V] of v, as by many plays side by side."""
     rig = scene.rig
     return soft_play(v, rig.s_l, rig.d_l_v, rig.s_u, rig.d_u_v, scene.values["width"], CONTACTS)
 
