@@ -4,8 +4,7 @@ from identify.chain import Chain
 from identify.fit import Fit, fit
 from identify.model import Model
 from identify.starts.search import PATIENCE, Judge, searched
-
-TRIED = 1 << 22  # samples of a run, at most; more of them sharpen a minimum and hardly lead to another one
+from identify.starts.thinning import TRIED
 
 
 def sought(model: Model, judge: Judge, first: Fit, start: Chain) -> Fit:

@@ -18,9 +18,8 @@ from identify.noise import good
 from identify.observe import Observation
 from identify.sections import product
 from identify.staircase import borders, staircase
-from identify.starts.early import TRIED
 from identify.starts.search import around, freed, scaled
-from identify.starts.thinning import thinned
+from identify.starts.thinning import TRIED, thinned
 from identify.trace import Array, Intersample, Mask, Trace, intersample_of
 
 DRAWN = 400  # rigs tried in a round

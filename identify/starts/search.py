@@ -1,9 +1,9 @@
 """From where does a fit lead down to the noise, when the first start does not?
 
 The first fit begins at the rig file's values, with the borders that the staircase gives. Only where it ends above the
-noise, on a bound or without a minimum are its blocks set free, and where that does not help either, many rigs are drawn
-around what is known, tried on thinned data, the best of them fitted for a few iterations, and the best of those to the
-end. The draws are the same every time.
+noise, on a bound, without a minimum or with a pattern in what it leaves are its blocks set free, and where that does
+not help either, many rigs are drawn around what is known, tried on thinned data, the best of them fitted for a few
+iterations, and the best of those to the end. The draws are the same every time.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,6 +19,7 @@ from identify.model import Backlash, Model
 from identify.observe import Observation
 from identify.planning.advice import FITS
 from identify.stage import is_fixed
+from identify.starts.pattern import FALSE_ALARMS, pattern
 from identify.starts.thinning import thinned
 
 SURE = 5.0  # standard deviations by which the residual must exceed the noise before it counts as above it
@@ -61,7 +62,11 @@ class Judge:
     def settled(self, fitted: Fit) -> bool:
         """Return whether a fit reached a minimum at the noise; a bound counts when the data press against it."""
         pressed = bool(on_bound(fitted)) and fitted.beyond > PRESSED
-        return fitted.converged and self.at_noise(fitted) and not pressed
+        return fitted.converged and not pressed and self.at_rest(fitted)
+
+    def at_rest(self, fitted: Fit) -> bool:
+        """Return whether a fit leaves noise alone: no more of it than chance makes, and no shape of the rig's own."""
+        return self.at_noise(fitted) and pattern(fitted, self.observations) >= FALSE_ALARMS
 
     def preferred(self, one: Fit, other: Fit) -> Fit:
         """Return the better fit; ``other`` has to reach the noise, or to leave half as much."""
@@ -80,7 +85,13 @@ def shortfall(fitted: Fit, observations: tuple[Observation, ...], freedom: float
     """Return in words that a fit sits on a bound, or leaves a little more than the noise."""
     found = [f"{name} sits on the bound of its search: its interval does not count" for name in on_bound(fitted)]
     left = float(np.sqrt(fitted.cost / max(sum(o.count for o in observations), 1)))
-    if not Judge(observations, freedom).at_noise(fitted) and left <= FITS:
+    at_noise = Judge(observations, freedom).at_noise(fitted)
+    if at_noise and (chance := pattern(fitted, observations)) < FALSE_ALARMS:
+        found.append(
+            f"the residual is no larger than the noise, but follows the rig's own signals (by chance: {chance:.1g}): "
+            "the fit ended beside the best values, or a block has more poles or zeros than the rig file gives it"
+        )
+    if not at_noise and left <= FITS:
         found.append(
             f"the model leaves {left:.4g} times the noise, more than chance does: something small is missing, or "
             "the fit ended beside the best values"
@@ -110,7 +121,7 @@ def searched(model: Model, judge: Judge, first: Fit, start: Chain) -> Fit:
         return first
     free = fit(freed(first.chain, model.fixed), judge.observations, None, model.fixed, PATIENCE)
     found = judge.preferred(first, free)
-    if judge.at_noise(found):
+    if judge.at_rest(found):
         return confirmed(model, judge, found, start)
     thin, rng = thinned(judge.observations), np.random.default_rng(0)
     for _ in range(ROUNDS):
