@@ -24,6 +24,7 @@ from identify.trace import Array
 Matrix = NDArray[np.float64]
 LINES = ("amplitude", "third", "fifth")
 AT_BOUND = 1e-6
+DEPTHS = np.geomspace(2e-4, 0.5, 40)  # of the range of the answer, at which a limit of the readings is looked for
 SUBSTEPS = 1  # candidates are compared on the samples' own grid: the comparison needs no finer one
 
 
@@ -157,17 +158,50 @@ class Evidence:
         gains = [self.gain(effect, values) for values in options]
         return dict(options[int(np.argmax(gains))])
 
+    def scaled(self, effect: Effect, values: Mapping[str, float]) -> float:
+        """Return the factor on the change that an effect makes at ``values`` at which it explains most; 0 for none."""
+        change = self.change(effect.put_in(self.chain, values))
+        free = self.without_plain(change[None, :])[0]
+        energy = float(change @ free)
+        return float(self.residual @ free) / energy if energy > 0.0 else 0.0
+
     def proportion(self, effect: Effect, name: str, size: float) -> dict[str, float]:
         """Return the value of ``name`` that gains most where the answer changes in proportion to it; empty if none.
 
         ``size`` is any value at which the change is well above rounding.
         """
+        return self.proportions(effect, {name: size})
+
+    def proportions(self, effect: Effect, sizes: Mapping[str, float]) -> dict[str, float]:
+        """Return the values that gain most together where the answer changes in proportion to each; empty if none."""
         if not effect.applicable(self.chain):
             return {}
-        change = self.change(effect.put_in(self.chain, {name: size}))
-        free = self.without_plain(change[None, :])[0]
-        energy = float(change @ free)
-        return {name: size * float(self.residual @ free) / energy} if energy > 0.0 else {}
+        changes = np.array([self.change(effect.put_in(self.chain, {name: size})) for name, size in sizes.items()])
+        free = self.without_plain(changes)
+        matrix = changes @ free.T
+        if not np.all(np.isfinite(matrix)) or not np.any(matrix):
+            return {}
+        weights = np.linalg.pinv(matrix, rcond=1e-9, hermitian=True) @ (free @ self.residual)
+        return {name: size * float(weight) for (name, size), weight in zip(sizes.items(), weights, strict=True)}
+
+    @cached_property
+    def answer_v(self) -> Array:
+        """Return the fitted chain's answer where samples count, all runs in a row, V."""
+        noise_v = np.repeat([o.noise_v for o in self.observations], [o.count for o in self.observations])
+        return np.asarray(self._answer * noise_v)
+
+    def limits(self, sign: float, count: int) -> list[float]:
+        """Return the levels, V, at which the readings are likeliest cut off: above (sign 1) or below (-1).
+
+        With x the answer and r the residual beyond a level L, the sum of squares would fall by minus the sum of
+        (x - L) (2 r + x - L) if the answer stopped there; the plain parameters are taken to stay.
+        """
+        order = np.argsort(-sign * self.answer_v)
+        noise_v = np.repeat([o.noise_v for o in self.observations], [o.count for o in self.observations])
+        x, r = sign * self.answer_v[order], sign * (self.residual * noise_v)[order]
+        levels = x[0] - DEPTHS * (x[0] - x[-1])
+        gains = [-float(np.sum((x[:n] - at) * (2.0 * r[:n] + x[:n] - at))) for at, n in _beyond(x, levels)]
+        return [sign * float(levels[i]) for i in np.argsort(gains)[::-1][:count]]
 
     def mains_lines(self, mains_hz: float, harmonics: Sequence[int], place: Place) -> dict[str, float]:
         """Return the waveform of the mains at ``place`` that explains the residual best, by Hum's short names.
@@ -204,6 +238,12 @@ class Evidence:
         return [
             (o.trace.name, slice(int(a), int(b))) for o, a, b in zip(self.observations, starts, ends, strict=True)
         ]
+
+
+def _beyond(falling: Array, levels: Array) -> list[tuple[float, int]]:
+    """Return every level with the number of values above it."""
+    counts = np.searchsorted(-falling, -levels)
+    return list(zip(levels.tolist(), counts.tolist(), strict=True))
 
 
 @dataclass(frozen=True)

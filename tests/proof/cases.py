@@ -96,6 +96,16 @@ LIBRARY = (
         ("hum at G1", "hum", "G1", {"frequency": 49.991, "amplitude": 0.0113, "third": 0.0027, "fifth": 0.0016}),
     ),
     _known("offset_drift", SKEWED, 122, ("offset_drift", "offset_drift", "sense", {"rate": 4.7e-3})),
+    _known("gain_drift", SKEWED, 136, ("gain_drift", "gain_drift", "sense", {"rate": 8.3e-4})),
+    _known("rectifying_sensor", OP_AMP, 137, ("rectifying_sensor", "rectifying_sensor", "sense", {"lost": 0.019})),
+    Case(
+        "ac_coupling", SKEWED, (Concealed("ac_coupling", {"tau": 37.0}),),
+        (Finding("ac_coupling", "sense", {"T": 37.0}),), 138,
+    ),
+    _known("adc_clipping", OP_AMP, 124, ("adc_clipping", "adc_clipping", "sense", {"upper": 12.13, "lower": -13.04})),
+    _known(
+        "adc_nonlinearity", RC, 125, ("adc_nonlinearity", "adc_nonlinearity", "sense", {"k2": -2.3e-5, "k3": 7.1e-6})
+    ),
 )  # fmt: skip
 
 OUTSIDE = (
@@ -104,9 +114,6 @@ OUTSIDE = (
     _unknown("slew_limit", OP_AMP, 133, "slew_limit", {"rate": 2310.0}),
     _unknown("absorption", OP_AMP, 134, "absorption", {"fraction": 0.043, "tau": 0.083}),
     _unknown("resonance", OP_AMP, 135, "resonance in G2", {"w_n": 1430.0, "zeta": 0.27}),
-    _unknown("gain_drift", SKEWED, 136, "gain_drift", {"rate": 8.3e-4}),
-    _unknown("rectifying_sensor", OP_AMP, 137, "rectifying_sensor", {"lost": 0.019}),
-    _unknown("ac_coupling", SKEWED, 138, "ac_coupling", {"tau": 37.0}),
 )
 
 PAIRS = (

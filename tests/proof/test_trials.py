@@ -13,7 +13,7 @@ from tests.trials import model_of
 
 SURE = 4.0  # standard deviations: of some thirty parameters none should be further off
 PLACED = {
-    "curved_border": "F", "second_play": "F", "resonance": "G2", "gain_drift": "sense", "rectifying_sensor": "sense",
+    "curved_border": "F", "second_play": "F", "resonance": "G2",
 }  # fmt: skip
 
 

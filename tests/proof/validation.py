@@ -132,6 +132,22 @@ def _hum(what: str, stage: str, unit: float) -> Draw:
     return draw
 
 
+def _coupled(rng: Rng, rig: Rig, z: float) -> Piece:
+    tau = 300.0 / z
+    return Concealed("ac_coupling", {"tau": tau}), Finding("ac_coupling", "sense", {"T": tau})
+
+
+def _bent(rng: Rng, rig: Rig, z: float) -> Piece:
+    values = {"k2": 3e-4 * z * _sign(rng), "k3": 3e-5 * z * _sign(rng)}
+    return Concealed("adc_nonlinearity", values), Finding("adc_nonlinearity", "sense", values)
+
+
+def _clipped(rng: Rng, rig: Rig, z: float) -> Piece:
+    low, high = _tops(rig)
+    values = {"upper": high * (1.0 - 0.004 * z), "lower": low * (1.0 - 0.004 * z)}
+    return Concealed("adc_clipping", values), Finding("adc_clipping", "sense", values)
+
+
 LIBRARY: dict[str, Draw] = {
     "saturation": _saturation,
     "soft_saturation": _soft("soft_saturation", 141.0),
@@ -146,22 +162,24 @@ LIBRARY: dict[str, Draw] = {
     "hum at sense": _hum("hum at sense", "sense", 13.5e-3),
     "hum at G1": _hum("hum at G1", "G1", 2.5e-3),
     "offset_drift": _linear("offset_drift", "offset_drift", "sense", "rate", 1.2e-3, signed=True),
+    "gain_drift": _linear("gain_drift", "gain_drift", "sense", "rate", 4e-4, signed=True),
+    "rectifying_sensor": _linear("rectifying_sensor", "rectifying_sensor", "sense", "lost", 2.6e-3),
+    "ac_coupling": _coupled,
+    "adc_nonlinearity": _bent,
+    "adc_clipping": _clipped,
 }
 STAGES = {
     "saturation": "F", "soft_saturation": "F", "soft_saturation, upper": "F", "diode_clamp": "F", "leak": "F",
     "bias current": "F", "dead_time": "G2", "extra_pole in G1": "G1", "extra_pole in G2": "G2", "feedthrough": "sense",
     "hum at sense": "sense", "hum at G1": "G1", "offset_drift": "sense",
+    "gain_drift": "sense", "rectifying_sensor": "sense", "ac_coupling": "sense", "adc_nonlinearity": "sense",
+    "adc_clipping": "sense",
 }  # fmt: skip
 
 
 def _unnamed(what: str, values: Callable[[Rng, Rig, float], Values]) -> Draw:
     """Return the draw of physics that no name in the library fits."""
     return lambda rng, rig, z: (Concealed(what, values(rng, rig, z)), None)
-
-
-def _clipped(rng: Rng, rig: Rig, z: float) -> Values:
-    low, high = _tops(rig)
-    return {"upper": high * (1.0 - 0.004 * z), "lower": low * (1.0 - 0.004 * z)}
 
 
 OUTSIDE: dict[str, Draw] = {
@@ -174,11 +192,6 @@ OUTSIDE: dict[str, Draw] = {
         "slew_limit": lambda rng, rig, z: {"rate": 5300.0 * z**-0.5},
         "absorption": lambda rng, rig, z: {"fraction": 5.8e-3 * z, "tau": _between(rng, 0.02, 0.3)},
         "resonance in G2": lambda rng, rig, z: {"w_n": 3100.0 * z**-0.5, "zeta": float(rng.uniform(0.1, 0.6))},
-        "gain_drift": lambda rng, rig, z: {"rate": 4e-4 * z * _sign(rng)},
-        "rectifying_sensor": lambda rng, rig, z: {"lost": 2.6e-3 * z},
-        "ac_coupling": lambda rng, rig, z: {"tau": 300.0 / z},
-        "adc_nonlinearity": lambda rng, rig, z: {"k2": 3e-4 * z * _sign(rng), "k3": 3e-5 * z * _sign(rng)},
-        "adc_clipping": _clipped,
         "rate_dependent_gap": lambda rng, rig, z: {"k": 1.2e-5 * z},
     }.items()
 }

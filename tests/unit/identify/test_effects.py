@@ -41,6 +41,16 @@ TWINS = {
     "pole at G2": (RC, Concealed("extra_pole in G2", {"tau": 1.3e-3}), Physics("extra_pole", {"tau": 1.3e-3}, "G2")),
     "feedthrough": (OP_AMP, Concealed("feedthrough", {"k": 0.037}), Physics("feedthrough", {"k": 0.037})),
     "drift": (OP_AMP, Concealed("offset_drift", {"rate": 0.13}), Physics("offset_drift", {"rate": 0.13})),
+    "scale": (OP_AMP, Concealed("gain_drift", {"rate": 0.017}), Physics("gain_drift", {"rate": 0.017})),
+    "rectifier": (
+        SKEWED, Concealed("rectifying_sensor", {"lost": 0.83}), Physics("rectifying_sensor", {"lost": 0.83})
+    ),
+    "AC coupling": (OP_AMP, Concealed("ac_coupling", {"tau": 0.057}), Physics("ac_coupling", {"T": 0.057})),
+    "range": (SKEWED, Concealed("adc_clipping", RAILS), Physics("adc_clipping", RAILS)),
+    "bent scale": (
+        OP_AMP, Concealed("adc_nonlinearity", {"k2": 1.7e-3, "k3": -2.9e-5}),
+        Physics("adc_nonlinearity", {"k2": 1.7e-3, "k3": -2.9e-5}),
+    ),
 }
 
 
@@ -163,7 +173,7 @@ def test_an_effect_is_not_applicable_twice():
 
 
 def test_unknown_physics_stages_and_forms_are_refused_with_what_there_is():
-    with pytest.raises(ValueError, match=r"no effect 'gremlins' in the catalogue \(dead_time, extra_pole"):
+    with pytest.raises(ValueError, match=r"no effect 'gremlins' in the catalogue \(.*dead_time.*, extra_pole"):
         effect_of(Physics("gremlins", {}))
     with pytest.raises(ValueError, match="no form 'both' at G1; stages: F; forms: both, upper, lower"):
         effect_of(Physics("saturation", {}, "G1"))

@@ -1,0 +1,66 @@
+"""The ADC's range ends: what lies beyond is read as its limit."""
+
+from typing import TYPE_CHECKING, ClassVar, final
+
+import numpy as np
+
+from identify.effects.effect import Confusion, Effect
+from identify.stage import Grid, Parameter, Place, Run, Shape, Values, memoryless
+
+if TYPE_CHECKING:
+    from identify.evidence import Evidence
+
+UPPER = Parameter("adc_clipping.upper", "V")
+LOWER = Parameter("adc_clipping.lower", "V")
+SIDES = {"both": (UPPER, LOWER), "upper": (UPPER,), "lower": (LOWER,)}
+TRIED = 4  # levels on a side that are simulated, of all that the readings were compared with
+
+
+@final
+class AdcClipping(Effect):
+    """The reading limited to [lower, upper]."""
+
+    id = "adc_clipping"
+    title = "range of the ADC"
+    equation = "y' = min(max(y, lower), upper)"
+    sentence = (
+        "The reading stops at {}: the ADC, or the amplifier in front of it, has reached the end of its range. Choose a "
+        "larger range, or divide the signal down; what lies beyond is lost."
+    )
+    axis = "level of y"
+    fingerprint = "flat at a fixed y"
+    places = (Place.SENSE,)
+    elsewhere = (Place.F,)
+    forms = tuple(SIDES)
+    declared = (UPPER, LOWER)
+    absent: ClassVar = {"upper": float("inf"), "lower": float("-inf")}
+    confused_with = (
+        Confusion(
+            "saturation",
+            "a faster sine of the same amplitude: a clipped reading stays flat, a rail at w is rounded by G2",
+        ),
+        Confusion("input_clipping", "a loopback cable from DAC to ADC: it shows which of the two ranges ends"),
+    )
+    example: ClassVar = {"upper": 9.1, "lower": -9.9}
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Return the limits the form has."""
+        return SIDES[self.form]
+
+    def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
+        """Return the limit at work."""
+        upper = values[0] if self.form != "lower" else float("inf")
+        lower = values[-1] if self.form != "upper" else float("-inf")
+        return memoryless(lambda y: np.clip(y, lower, upper), shape)
+
+    def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
+        """Return the limits that explain most, one side after the other.
+
+        A limit acts on the answer alone: the levels worth a simulation are read off the residual.
+        """
+        best: dict[str, float] = {}
+        for name, sign in (("upper", 1.0), ("lower", -1.0)):
+            if self.form in ("both", name):
+                levels = evidence.limits(sign, TRIED)
+                best = evidence.best(self, [{**best, name: level} for level in levels]) or best
+        return [best] if len(best) == len(self.parameters()) else []
