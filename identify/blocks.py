@@ -156,6 +156,14 @@ def run_linear(step: Stepper) -> Run:
     return run
 
 
+def run_filter(num: tuple[float, ...], den: tuple[float, ...], grid: Grid, shape: Shape) -> tuple[Run, Shape]:
+    """Return num(s)/den(s) at work, at rest, and the shape of what it puts out; ValueError where no circuit can be."""
+    if isinstance(shape, Held):
+        out_shape = Ramp() if len(den) > 1 else shape
+        return run_linear(stepper(num, den, grid.step_s, "held", shape.fraction)), out_shape
+    return run_linear(stepper(num, den, grid.step_s, "ramp")), Ramp()
+
+
 @dataclass(frozen=True)
 class Play(Stage):
     """F with memory: the play operator of eqs. (6)-(7), starting from w as close to 0 as the borders allow."""

@@ -55,6 +55,14 @@ class Chain:
         at = sum(other.place <= stage.place for other in self.stages)
         return replace(self, stages=(*self.stages[:at], stage, *self.stages[at:]), values={**self.values, **values})
 
+    def with_stage_behind(self, owner: str, stage: Stage, values: Mapping[str, float]) -> "Chain":
+        """Return this chain with one more stage right behind the one called ``owner``; ValueError without that."""
+        names = [other.name for other in self.stages]
+        if owner not in names:
+            raise ValueError(f"the chain has no {owner}")
+        at = names.index(owner) + 1
+        return replace(self, stages=(*self.stages[:at], stage, *self.stages[at:]), values={**self.values, **values})
+
     def with_replaced(self, old: Stage, new: Stage, values: Mapping[str, float]) -> "Chain":
         """Return this chain with ``new`` where ``old`` was."""
         stages = tuple(new if s is old else s for s in self.stages)

@@ -32,6 +32,9 @@ class DeadTime(Effect):
     absent: ClassVar = {"delay": 0.0}
     confused_with = (
         Confusion("rate_dependent_gap", "two amplitudes at one frequency: a delay does not depend on dv/dt"),
+        Confusion("clock_skew", "one sine over a long run: a delay stays, a skew grows with time"),
+        Confusion("resonance", "sines up to the resonance: a delay leaves the amplitude alone"),
+        Confusion("source_pole", "sines at higher frequency: a delay leaves the amplitude alone"),
         Confusion("extra_pole", "sines at higher frequency: a delay leaves the amplitude alone"),
     )
     example: ClassVar = {"delay": 2.3e-4}

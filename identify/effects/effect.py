@@ -21,12 +21,15 @@ if TYPE_CHECKING:
 class Confusion:
     """An effect that looks nearly the same, and the experiment that would tell the two apart.
 
-    ``exact``: behind a play operator the two give the same data, whatever is played.
+    ``exact``: behind a play operator the two give the same data, whatever is played. ``here`` and ``there`` are the
+    places of this effect and of the other for which the sentence holds, where either may sit at several (None: any).
     """
 
     id: str
     would_separate: str
     exact: bool = False
+    here: Place | None = None
+    there: Place | None = None
 
 
 @dataclass(frozen=True)

@@ -4,10 +4,9 @@ from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 
-from identify.blocks import run_linear
-from identify.discretise import stepper
+from identify.blocks import run_filter
 from identify.effects.effect import Confusion, Effect
-from identify.stage import Grid, Held, Parameter, Place, Ramp, Run, Shape, Values
+from identify.stage import Grid, Parameter, Place, Run, Shape, Values
 
 if TYPE_CHECKING:
     from identify.evidence import Evidence
@@ -29,6 +28,12 @@ class ExtraPole(Effect):
     declared = (TAU,)
     absent: ClassVar = {"tau": 0.0}
     confused_with = (
+        Confusion(
+            "source_pole", "nothing played through the rig: a loopback cable from DAC to ADC shows the source alone",
+            exact=True, here=Place.G1,
+        ),
+        Confusion("source_pole", "two amplitudes at one frequency: behind F a pole meets harmonics", here=Place.G2),
+        Confusion("resonance", "steps watched at a higher sample rate: a pole alone does not overshoot"),
         Confusion("dead_time", "sines at higher frequency: a delay leaves the amplitude alone"),
         Confusion("rate_dependent_gap", "two amplitudes at one frequency"),
     )
@@ -37,10 +42,7 @@ class ExtraPole(Effect):
     def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
         """Return the running lag."""
         den = (values[0], 1.0) if values[0] > 0.0 else (1.0,)
-        if isinstance(shape, Held):
-            step = stepper((1.0,), den, grid.step_s, "held", shape.fraction)
-            return run_linear(step), Ramp() if len(den) > 1 else shape
-        return run_linear(stepper((1.0,), den, grid.step_s, "ramp")), Ramp()
+        return run_filter((1.0,), den, grid, shape)
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the time constant, tried from a tenth of a sample to a second, that explains most."""

@@ -7,6 +7,7 @@ supports: after n right and m wrong names, Laplace's rule of succession gives (n
 from math import exp
 
 from identify.blocks import Play
+from identify.effects import catalogue
 from identify.effects.effect import Effect
 from identify.explain.explanation import Alternative
 from identify.explain.select import Bench, Hypothesis, Round
@@ -28,7 +29,8 @@ def odds(bench: Bench, final: Hypothesis, effect: Effect, rounds: list[Round]) -
         key = (other.id, other.place.label)
         weights[key] = max(weights.get(key, 0.0), weight)
     if bench.plain.stage_of(Play) is not None:
-        weights |= {(c.id, effect.place.label): 1.0 for c in effect.confused_with if c.exact}
+        same = [c for c in effect.confused_with if c.exact and c.here in (None, effect.place)]
+        weights |= {(c.id, (c.there or _place_of(c.id, effect.place)).label): 1.0 for c in same}
     total = 1.0 + sum(weights.values())
     likely = sorted(weights.items(), key=lambda item: -item[1])[:MOST]
     named = [Alternative(i, stage, CEILING * w / total) for (i, stage), w in likely if w / total > MENTIONED]
@@ -44,6 +46,12 @@ def _rivals(final: Hypothesis, effect: Effect, rounds: list[Round]) -> list[Hypo
             close = rounds[kinds.index(_kind(effect))].close
             return [h for h in close if _kind(h.effects[-1]) not in taken]
     return []
+
+
+def _place_of(name: str, near: Place) -> Place:
+    """Return where physics of the catalogue sits: at ``near`` if it may, else at its first place."""
+    places = catalogue()[name].places if name in catalogue() else (near,)
+    return near if near in places else places[0]
 
 
 def _kind(effect: Effect) -> tuple[str, Place]:

@@ -32,7 +32,7 @@ STAGES = {  # the table of section 2 of physics.md: what may be missing, and whe
     "adc_nonlinearity": "sense", "rectifying_sensor": "sense", "spikes": "sense", "clock_skew": "sense",
     "missing_samples": "sense",
 }  # fmt: skip
-UNITS = {"V", "s", "1/s", "V/s", "V/V", "Hz", "rad", "rad/s", "1/V", "1/V^2", "1", "A", "ohm"}
+UNITS = {"V", "s", "1/s", "V/s", "V/V", "Hz", "rad", "rad/s", "1/V", "1/V^2", "1", "A", "ohm", "ppm"}
 KINDS = sorted(catalogue().values(), key=lambda kind: kind.id)
 VARIANTS = [effect for kind in KINDS for effect in kind.variants()]
 SUBSTEPS = 2

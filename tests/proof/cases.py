@@ -106,6 +106,19 @@ LIBRARY = (
     _known(
         "adc_nonlinearity", RC, 125, ("adc_nonlinearity", "adc_nonlinearity", "sense", {"k2": -2.3e-5, "k3": 7.1e-6})
     ),
+    _known("source_pole", RC, 151, ("source_pole", "source_pole", "source", {"tau": 0.31e-3})),
+    _known("source_nonlinearity", OP_AMP, 152, ("source_nonlinearity", "source_nonlinearity", "source", {"k": 9.3e-5})),
+    Case(
+        "input_ac_coupling", SKEWED, (Concealed("input_ac_coupling", {"tau": 17.0}),),
+        (Finding("input_ac_coupling", "source", {"T": 17.0}),), 153,
+    ),
+    _known(
+        "input_clipping", OP_AMP, 154, ("input_clipping", "input_clipping", "source", {"upper": 5.71, "lower": -7.93})
+    ),
+    _known("resonance, G1", RC, 155, ("resonance in G1", "resonance", "G1", {"w_n": 2310.0, "zeta": 0.19})),
+    _known("resonance, G2", OP_AMP, 135, ("resonance in G2", "resonance", "G2", {"w_n": 1430.0, "zeta": 0.27})),
+    _known("clock_skew, fast ADC", OP_AMP, 156, ("clock_skew", "clock_skew", "sense", {"ppm": 217.0})),
+    _known("clock_skew, slow ADC", SKEWED, 157, ("clock_skew", "clock_skew", "sense", {"ppm": -231.0})),
 )  # fmt: skip
 
 OUTSIDE = (
@@ -113,7 +126,6 @@ OUTSIDE = (
     _unknown("second_play", OP_AMP, 132, "second_play", {"gap": 3.575, "weight": 0.067}),
     _unknown("slew_limit", OP_AMP, 133, "slew_limit", {"rate": 2310.0}),
     _unknown("absorption", OP_AMP, 134, "absorption", {"fraction": 0.043, "tau": 0.083}),
-    _unknown("resonance", OP_AMP, 135, "resonance in G2", {"w_n": 1430.0, "zeta": 0.27}),
 )
 
 PAIRS = (

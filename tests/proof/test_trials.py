@@ -12,8 +12,13 @@ from tests.proof.cases import CLEAN, LIBRARY, OUTSIDE, PAIRS, Case
 from tests.trials import model_of
 
 SURE = 4.0  # standard deviations: of some thirty parameters none should be further off
+TOLD_ELSEWHERE = {  # the contract of effects tries them, too, and python -m tests.proof draws others like them
+    "source_pole", "source_nonlinearity", "input_ac_coupling", "input_clipping", "resonance, G1", "resonance, G2",
+    "clock_skew, fast ADC", "clock_skew, slow ADC",
+}
+TOLD = [case for case in LIBRARY if case.name not in TOLD_ELSEWHERE]
 PLACED = {
-    "curved_border": "F", "second_play": "F", "resonance": "G2",
+    "curved_border": "F", "second_play": "F",
 }  # fmt: skip
 
 
@@ -40,7 +45,7 @@ def test_a_clean_rig_is_consistent(case: Case) -> None:
     assert found.held_out.residuals.after_v <= 1.02 * found.noise.rms_v
 
 
-@pytest.mark.parametrize("case", [*LIBRARY, *PAIRS], ids=name)
+@pytest.mark.parametrize("case", [*TOLD, *PAIRS], ids=name)
 def test_concealed_physics_is_named_placed_measured_and_proven(case: Case) -> None:
     found = told(case)
     assert found.verdict == "explained"

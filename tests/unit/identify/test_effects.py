@@ -40,6 +40,26 @@ TWINS = {
     "pole at G1": (RC, Concealed("extra_pole in G1", {"tau": 1.3e-3}), Physics("extra_pole", {"tau": 1.3e-3}, "G1")),
     "pole at G2": (RC, Concealed("extra_pole in G2", {"tau": 1.3e-3}), Physics("extra_pole", {"tau": 1.3e-3}, "G2")),
     "feedthrough": (OP_AMP, Concealed("feedthrough", {"k": 0.037}), Physics("feedthrough", {"k": 0.037})),
+    "source pole": (RC, Concealed("source_pole", {"tau": 1.3e-3}), Physics("source_pole", {"tau": 1.3e-3})),
+    "short source pole": (RC, Concealed("source_pole", {"tau": 2e-5}), Physics("source_pole", {"tau": 2e-5})),
+    "curved source": (
+        OP_AMP, Concealed("source_nonlinearity", {"k": 7e-4}), Physics("source_nonlinearity", {"k": 7e-4}),
+    ),
+    "coupled source": (OP_AMP, Concealed("input_ac_coupling", {"tau": 0.7}), Physics("input_ac_coupling", {"T": 0.7})),
+    "clipped source": (
+        OP_AMP, Concealed("input_clipping", {"upper": 2.7, "lower": -2.6}),
+        Physics("input_clipping", {"upper": 2.7, "lower": -2.6}),
+    ),
+    "resonance at G1": (
+        RC, Concealed("resonance in G1", {"w_n": 900.0, "zeta": 0.3}),
+        Physics("resonance", {"w_n": 900.0, "zeta": 0.3}, "G1"),
+    ),
+    "resonance at G2": (
+        OP_AMP, Concealed("resonance in G2", {"w_n": 900.0, "zeta": 0.3}),
+        Physics("resonance", {"w_n": 900.0, "zeta": 0.3}, "G2"),
+    ),
+    "fast ADC": (OP_AMP, Concealed("clock_skew", {"ppm": 700.0}), Physics("clock_skew", {"ppm": 700.0})),
+    "slow ADC": (OP_AMP, Concealed("clock_skew", {"ppm": -700.0}), Physics("clock_skew", {"ppm": -700.0})),
     "drift": (OP_AMP, Concealed("offset_drift", {"rate": 0.13}), Physics("offset_drift", {"rate": 0.13})),
     "scale": (OP_AMP, Concealed("gain_drift", {"rate": 0.017}), Physics("gain_drift", {"rate": 0.017})),
     "rectifier": (
@@ -152,6 +172,35 @@ def test_droop_needs_a_gap_and_a_dead_time_a_source_of_its_own():
 def test_an_effect_that_lives_in_another_stage_is_none_of_its_own(effect):
     with pytest.raises(NotImplementedError, match="there is no stage of its own"):
         effect.begin((1.0,), Grid("a", 1e-4), Ramp())
+
+
+def test_a_lag_of_the_source_needs_a_g1():
+    with pytest.raises(ValueError, match="the chain has no G1"):
+        catalogue()["source_pole"](Place.SOURCE).put_in(Chain((), {}), {"tau": 1e-3})
+
+
+def test_a_lag_before_g1_and_one_behind_it_are_the_same():
+    """Linear blocks commute: no recording of the rig tells them apart, and both say so."""
+    trace = recorded(OP_AMP, SINE)
+    one, other = (
+        chain_of(model_of(OP_AMP, (Physics(name, {"tau": 7e-4}, stage),)))
+        for name, stage in (("source_pole", "source"), ("extra_pole", "G1"))
+    )
+    assert np.array_equal(simulate(one, trace), simulate(other, trace))
+    exact = {(kind.id, c.id, c.here, c.there) for kind in catalogue().values() for c in kind.confused_with if c.exact}
+    assert {("source_pole", "extra_pole", None, Place.G1), ("extra_pole", "source_pole", Place.G1, None)} <= exact
+
+
+@pytest.mark.parametrize("ppm", [300.0, -300.0])
+def test_skewed_clocks_play_the_same_in_blocks_of_any_size(ppm):
+    """Only readings past the end of a block are guessed, by the last cubic: here up to six samples on."""
+    skew = catalogue()["clock_skew"](Place.SENSE)
+    grid = Grid("a", 1e-4)
+    t = 1e-4 * np.arange(20000)
+    x = np.sin(2.0 * np.pi * 40.0 * t)
+    run, _ = skew.begin((ppm,), grid, Ramp())
+    parts = [run(Block(x[i : i + 700], x[i : i + 700], i, grid)) for i in range(0, t.size, 700)]
+    assert np.allclose(np.concatenate(parts), np.sin(2.0 * np.pi * 40.0 * t * (1.0 - 1e-6 * ppm)), rtol=0, atol=2e-4)
 
 
 def test_a_dead_time_needs_a_source():

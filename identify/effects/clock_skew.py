@@ -1,0 +1,83 @@
+"""Two clocks where one was meant: the ADC runs slower or faster than the DAC."""
+
+from typing import TYPE_CHECKING, ClassVar, final
+
+import numpy as np
+
+from identify.effects.effect import Confusion, Effect
+from identify.stage import Block, Grid, Parameter, Place, Run, Shape, Values
+from identify.trace import Array
+
+if TYPE_CHECKING:
+    from identify.evidence import Evidence
+
+PPM = Parameter("clock_skew.ppm", "ppm", scale=10.0)
+MILLIONTH = 1e-6
+REACH = 4  # instants a reading between them is drawn from
+
+
+@final
+class ClockSkew(Effect):
+    """Readings taken at times stretched by a few millionths; both clocks start together at the start of a run.
+
+    A reading between instants lies on the cubic through the four around it. One past the end of what is known yet (a
+    slow ADC at the end of a block of 65,536 instants or of the run) is continued by the last cubic: for shifts of up
+    to a few samples there, that is 100 ppm over a run of 40,000 samples.
+    """
+
+    id = "clock_skew"
+    title = "skew of the clocks"
+    equation = "y'(t) = y(t - ppm 1e-6 t), t from the start of the run"
+    sentence = (
+        "The clocks of DAC and ADC differ by {} (positive: the ADC's is fast, it reads ever earlier). Share one clock "
+        "or one trigger per period, or resample the reading."
+    )
+    axis = "time"
+    fingerprint = "phase error grows with time"
+    places = (Place.SENSE,)
+    declared = (PPM,)
+    absent: ClassVar = {"ppm": 0.0}
+    confused_with = (
+        Confusion("dead_time", "one sine over a long run: a delay stays, a skew grows with time"),
+        Confusion("missing_samples", "one sine over a long run: lost samples shift the phase at once, a skew steadily"),
+    )
+    example: ClassVar = {"ppm": 300.0}
+
+    def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
+        """Return the stretch at work; it keeps as much of the past as the clocks have moved apart."""
+        stretch = -values[0] * MILLIONTH
+        past, past_from = np.zeros(0), 0
+
+        def run(block: Block) -> Array:
+            nonlocal past, past_from
+            if stretch == 0.0:
+                return block.signal
+            known = np.concatenate((past, block.signal))
+            end = block.first + block.signal.size
+            wanted = np.arange(block.first, end, dtype=np.float64) * (1.0 + stretch)
+            out = _drawn(known, wanted - past_from)
+            keep = min(known.size, REACH + int(np.ceil(max(-stretch, 0.0) * end)))
+            past, past_from = known[known.size - keep :], end - keep
+            return out
+
+        return run, shape
+
+    def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
+        """Return the skew that explains most, the answer taken as proportional to it, and once more at its size."""
+        best = evidence.proportion(self, "ppm", 1.0)
+        again = evidence.proportion(self, "ppm", best["ppm"]) if best.get("ppm") else {}
+        found = evidence.best(self, [start for start in (best, again) if start])
+        return [found] if found else []
+
+
+def _drawn(known: Array, at: Array) -> Array:
+    """Return a signal at positions between its instants, on the cubic through four of them; at rest before the first.
+
+    Source: Lagrange's interpolation, Abramowitz and Stegun 25.2.13.
+    """
+    known = np.concatenate((np.zeros(1), known, np.zeros(max(REACH - 1 - known.size, 0))))  # at rest before the first
+    first = np.clip(np.floor(at).astype(np.intp), 0, known.size - REACH)
+    t = at - first  # 0 at the second of the four once the leading zero is counted
+    weights = (-t * (t - 1.0) * (t - 2.0) / 6.0, (t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0,
+               -(t + 1.0) * t * (t - 2.0) / 2.0, (t + 1.0) * t * (t - 1.0) / 6.0)  # fmt: skip
+    return np.asarray(sum(weight * known[first + i] for i, weight in enumerate(weights)))
