@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from types import MappingProxyType
 from typing import TypeVar
 
@@ -44,7 +45,10 @@ class Chain:
 
     def of(self, stage: Stage, run: str) -> Values:
         """Return the values of one stage in one run."""
-        return tuple(self.values.get(local_name(p.name, run), self.values[p.name]) for p in stage.parameters())
+        values = self.values
+        return tuple(
+            values.get(local_name(name, run), values[name]) if local else values[name] for name, local in _named(stage)
+        )
 
     def with_values(self, values: Mapping[str, float]) -> "Chain":
         """Return this chain with some values replaced."""
@@ -96,6 +100,12 @@ class Chain:
             if i >= first:
                 runs.append(run)
         return runs
+
+
+@lru_cache(maxsize=1024)
+def _named(stage: Stage) -> tuple[tuple[str, bool], ...]:
+    """Return the name of every parameter of a stage and whether runs have their own: a search asks again and again."""
+    return tuple((p.name, p.local) for p in stage.parameters())
 
 
 def local_name(name: str, run: str) -> str:

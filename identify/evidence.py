@@ -12,19 +12,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from identify.chain import Chain, local_name, signals, simulate
+from identify.chain import Chain, local_name
 from identify.derivatives.sensitivities import sensitivities
 from identify.effects.effect import Effect
 from identify.effects.hum import Hum
 from identify.fit import Fit
 from identify.observe import Observation
 from identify.stage import Place
+from identify.taps import Tapped
 from identify.trace import Array
 
 Matrix = NDArray[np.float64]
 LINES = ("amplitude", "third", "fifth")
 AT_BOUND = 1e-6
 DEPTHS = np.geomspace(2e-4, 0.5, 40)  # of the range of the answer, at which a limit of the readings is looked for
+FARTHEST = 0.5  # of a search coordinate, that a plain parameter is moved to first order
 SUBSTEPS = 1  # candidates are compared on the samples' own grid: the comparison needs no finer one
 
 
@@ -44,22 +46,24 @@ class Evidence:
         return self._ranges[place]
 
     @cached_property
+    def _tapped(self) -> tuple[Tapped, ...]:
+        """Return the fitted chain's signals in every run."""
+        return tuple(Tapped(self.chain, observation) for observation in self.observations)
+
+    @cached_property
     def _ranges(self) -> dict[Place, tuple[float, float]]:
         found = dict.fromkeys(Place, (0.0, 0.0))
-        for observation in self.observations:
-            taps = signals(self.chain, observation.trace, SUBSTEPS)
+        for tapped in self._tapped:
             for place in Place:
-                tap = taps[self.chain.index(place) - 1][observation.use]
+                tap = tapped.signals[self.chain.index(place) - 1][tapped.observation.use]
                 low, high = found[place]
                 found[place] = (min(low, float(np.min(tap))), max(high, float(np.max(tap))))
         return found
 
     def rates(self, place: Place) -> tuple[float, ...]:
         """Return rates of change of the signal behind a place, V/s: zero and quantiles of those that occur."""
-        moves: list[Array] = []
-        for observation in self.observations:
-            tap = signals(self.chain, observation.trace, SUBSTEPS)[self.chain.index(place) - 1]
-            moves.append(np.abs(np.diff(tap)) / self.sample_s)
+        at = self.chain.index(place) - 1
+        moves = [np.abs(np.diff(tapped.signals[at])) / self.sample_s for tapped in self._tapped]
         moving = np.concatenate(moves)
         top = float(np.max(moving))
         if top == 0.0:
@@ -84,10 +88,6 @@ class Evidence:
         return np.concatenate(parts)
 
     @cached_property
-    def _answer(self) -> Array:
-        return self._simulated(self.chain)
-
-    @cached_property
     def slopes(self) -> Matrix:
         """Return the change of the answer per search coordinate, in units of the noise, shape (p, n).
 
@@ -108,14 +108,10 @@ class Evidence:
         prior = np.diag([c.prior_sd**-2.0 for c in self.fitted.coordinates])
         return cho_factor(self.slopes @ self.slopes.T + prior)
 
-    def _simulated(self, chain: Chain) -> Array:
-        """Return a chain's answer where samples count, all runs in a row, in units of the noise."""
-        return np.concatenate([simulate(chain, o.trace, SUBSTEPS)[o.use] / o.noise_v for o in self.observations])
-
     def change(self, chain: Chain) -> Array:
         """Return how a chain's answer differs from the fitted one's, in units of the noise."""
         with np.errstate(over="ignore", invalid="ignore"):
-            return self._simulated(chain) - self._answer
+            return np.concatenate([tapped.change(chain) for tapped in self._tapped])
 
     def left_by(self, residual: Array) -> float:
         """Return the sum of squares of a residual once the fitted parameters have moved to first order."""
@@ -147,9 +143,44 @@ class Evidence:
         """Return by how much chi-squared falls when ``effect`` is put in with ``values`` (by short name)."""
         key = (effect, tuple(sorted(values.items())))
         if key not in self._seen:
-            candidate = effect.put_in(self.chain, values)
-            self._seen[key] = self.left - self.left_by(self.residual - self.change(candidate))
+            self._seen[key] = self.gained(self.change(effect.put_in(self.chain, values)))
         return self._seen[key]
+
+    def gained(self, change: Array) -> float:
+        """Return the fall of chi-squared once a change is made and the fitted parameters have moved to first order."""
+        size = float(change @ change)
+        if not np.isfinite(size):
+            return -float("inf")
+        if not self.fitted.coordinates:
+            return 2.0 * float(self.residual @ change) - size
+        moved = self.slopes @ change
+        mimicked = float(moved @ cho_solve(self._normal, moved))
+        return 2.0 * float(self._left_over @ change) - size + mimicked
+
+    def normal_of(self, rows: Matrix, change: Array) -> tuple[Matrix, Array]:
+        """Return curvature (m, m) and slope (m,) of chi-squared's fall along ``rows``, where ``change`` is made."""
+        if not self.fitted.coordinates:
+            return rows @ rows.T, rows @ (self.residual - change)
+        mimic = self.slopes @ rows.T
+        solved = cho_solve(self._normal, mimic)
+        left = rows @ self._left_over - rows @ change + solved.T @ (self.slopes @ change)
+        return rows @ rows.T - mimic.T @ solved, np.asarray(left)
+
+    def followed(self, chain: Chain, change: Array) -> Chain:
+        """Return ``chain`` with the fitted parameters moved to first order to where its ``change`` asks them to be."""
+        fit = self.fitted
+        if not fit.coordinates:
+            return chain
+        pull = fit.theta * np.array([c.prior_sd for c in fit.coordinates]) ** -2.0
+        step = cho_solve(self._normal, self.slopes @ (self.residual - change) - pull)
+        bound = np.array([c.bound for c in fit.coordinates])
+        there = np.clip(fit.theta + np.clip(step, -FARTHEST, FARTHEST), -bound, bound)
+        return chain.with_values({c.name: c.value(float(t)) for c, t in zip(fit.coordinates, there, strict=True)})
+
+    @cached_property
+    def _left_over(self) -> Array:
+        """Return the residual less what the fitted parameters could still take of it."""
+        return np.asarray(self.without_plain(self.residual[None, :])[0])
 
     def best(self, effect: Effect, options: Sequence[Mapping[str, float]]) -> dict[str, float]:
         """Return the option that gains most; empty when the effect cannot be put in or there is no option."""

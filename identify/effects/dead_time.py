@@ -57,7 +57,7 @@ class DeadTime(Effect):
         raise NotImplementedError("put_in changes the source; there is no stage of its own")
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
-        """Return the delay, tried from a hundredth of a sample to twenty samples, that explains most."""
-        tried = [{"delay": float(d)} for d in evidence.sample_s * np.geomspace(0.01, 20.0, 24)]
+        """Return the delay, tried from a fiftieth of a sample to twenty samples, that explains most."""
+        tried = [{"delay": float(d)} for d in evidence.sample_s * np.geomspace(0.02, 20.0, 8)]
         best = evidence.best(self, tried)
         return [best] if best else []

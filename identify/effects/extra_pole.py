@@ -45,7 +45,7 @@ class ExtraPole(Effect):
         return run_filter((1.0,), den, grid, shape)
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
-        """Return the time constant, tried from a tenth of a sample to a second, that explains most."""
-        tried = [{"tau": float(tau)} for tau in np.geomspace(0.1 * evidence.sample_s, 3e3 * evidence.sample_s, 24)]
+        """Return the time constant, tried from a tenth of a sample to 3,000, that explains most."""
+        tried = [{"tau": float(tau)} for tau in evidence.sample_s * np.geomspace(0.1, 3e3, 8)]
         best = evidence.best(self, tried)
         return [best] if best else []

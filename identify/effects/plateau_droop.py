@@ -92,7 +92,7 @@ class PlateauDroop(Effect):
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the rate and the current, of either sign, that explain most."""
         low, high = evidence.range(Place.F)
-        rates = [float(r) for r in np.geomspace(1e-3, 30.0, 10)]
+        rates = [float(r) for r in np.geomspace(1e-3, 30.0, 6)]
         best: dict[str, float] = {}
         for name, size in (("rate", 1.0), ("current", max(high, -low, 1e-3))):
             if any(p.name.endswith(name) for p in self.parameters()):

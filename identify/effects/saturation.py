@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 UPPER = Parameter("saturation.upper", "V")
 LOWER = Parameter("saturation.lower", "V")
-DEPTHS = np.geomspace(3e-4, 0.7, 24)  # of the range of w, cut off: a rail may only just be met
+DEPTHS = np.geomspace(3e-4, 0.7, 10)  # of the range of w, cut off: a rail may only just be met
 
 
 @final

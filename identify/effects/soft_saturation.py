@@ -66,15 +66,15 @@ class SoftSaturation(Effect):
         if self.form.startswith("diode"):
             best = self._diode_start(evidence, top)
         else:
-            best = evidence.best(self, [{"level": top * share} for share in np.geomspace(0.1, 30.0, 22)])
+            best = evidence.best(self, [{"level": top * share} for share in np.geomspace(0.1, 30.0, 8)])
         return [best] if best else []
 
     def _diode_start(self, evidence: "Evidence", top: float) -> dict[str, float]:
         """Return level and knee that explain most with a middling slope, then the slope, then the level once more."""
-        levels = [top * share for share in np.geomspace(0.1, 4.0, 14)]
-        tried = [{"level": a, "knee": share * top, "slope": 0.3} for a in levels for share in (0.03, 0.1, 0.3)]
+        levels = [top * share for share in np.geomspace(0.15, 3.0, 6)]
+        tried = [{"level": a, "knee": share * top, "slope": 0.3} for a in levels for share in (0.05, 0.2)]
         best = evidence.best(self, tried)
-        for name, values in (("slope", (0.0, 0.3, 0.5, 0.7, 0.85, 0.95)), ("level", (0.6, 0.7, 0.8, 0.9, 1.0, 1.15))):
+        for name, values in (("slope", (0.0, 0.6, 0.9)), ("level", (0.75, 1.25))):
             scale = best["level"] if best and name == "level" else 1.0
             best = evidence.best(self, [{**best, name: scale * value} for value in values]) if best else best
         return best

@@ -11,13 +11,20 @@ from math import log
 from identify.chain import Chain
 from identify.effects.effect import Effect
 from identify.evidence import Candidate, Evidence, candidates
-from identify.fit import Fit, chi_squared, fit
+from identify.explain.promise import Promise, promised
+from identify.fit import VISIBLE, Fit, chi_squared, fit
 from identify.observe import Observation, refined
 from identify.phases import scanned
 
 MOST_EFFECTS = 4
-FITTED_A_ROUND = 5
+FITTED_A_ROUND = 6
+LOOKED_AT = 16  # candidates whose own parameters are fitted to first order
+HOPEFUL = 0.05  # share of the best promise at its start below which a candidate is not looked at
+COARSE = 0.5  # share of the price of its parameters that a start must gain: its values are not yet the best
 PROMISING = 0.2  # share of the best promise below which a candidate is not fitted
+SPRINT = 4  # iterations in which candidates are fitted side by side
+LAPS = 9
+NEAR, FAR = 200.0, 0.3  # of chi-squared, and share of the best fall: a fit further behind the best is not continued
 WORTH = 0.2  # share of the remaining misfit an effect must explain: less is what any wrong effect absorbs
 HOPELESS = -1000.0  # of the criterion: an effect this far behind when it was tried is not tried again
 NOISE_KNOWN = 0.01  # how well the noise's variance is known; misfit below this is not told from noise
@@ -97,8 +104,25 @@ class Bench:
         """Screen all effects on the residual of ``base`` and fit those that promise most."""
         evidence = Evidence(base.fit, self.observations)
         screened = candidates(evidence, self.kinds)
-        tried = [self.extended(base, candidate) for candidate in promising(screened, base, len(self.observations))]
+        hopes = [promised(evidence, c) for c in hopeful(screened, base, len(self.observations))]
+        tried = self.raced(base, promising(hopes))
         return Round(base, tuple(screened), tuple(sorted(tried, key=lambda h: -h.advantage(base))))
+
+    def raced(self, base: Hypothesis, promises: Sequence[Promise]) -> list[Hypothesis]:
+        """Fit candidates side by side, a few iterations at a time; one that falls far behind is not fitted further."""
+        found = [self.extended(base, promise) for promise in promises]
+        for _ in range(LAPS):
+            best = min((h.chi2 for h in found), default=0.0)
+            reach = best + max(NEAR, FAR * (base.chi2 - best))
+            lap = [h if h.fit.converged or h.chi2 > reach else self.continued(h) for h in found]
+            if all(new.chi2 > old.chi2 - VISIBLE for new, old in zip(lap, found, strict=True)):
+                return lap
+            found = lap
+        return found
+
+    def continued(self, hypothesis: Hypothesis, iterations: int = SPRINT) -> Hypothesis:
+        """Fit a hypothesis further from where it is."""
+        return self.fitted(hypothesis.fit.chain, hypothesis.effects, iterations)
 
     def decided(self, this: "Round") -> tuple["Bench", "Round"]:
         """Compare what came close again, on grids fine enough for all of it; return the bench on these grids, too."""
@@ -112,13 +136,15 @@ class Bench:
         ranked = sorted(tried, key=lambda h: -h.advantage(base))
         return finer, replace(this, base=base, tried=(*ranked, *this.tried[len(ranked) :]))
 
-    def extended(self, base: Hypothesis, candidate: Candidate) -> Hypothesis:
-        """Fit ``base`` with one more effect."""
-        chain = scanned(candidate.effect.put_in(base.fit.chain, candidate.values), self.observations)
-        effects = (*base.effects, candidate.effect)
-        found = self.fitted(chain, effects)
+    def extended(self, base: Hypothesis, promise: Promise) -> Hypothesis:
+        """Fit ``base`` with one more effect for a few iterations, and its angles until they stay."""
+        effect = promise.candidate.effect
+        apart = promise.chain.with_values(base.fit.chain.values)
+        start = min((promise.chain, apart), key=lambda c: sum(chi_squared(c, o) for o in self.observations))
+        effects = (*base.effects, effect)
+        found = self.fitted(scanned(start, self.observations), effects, SPRINT)
         for _ in range(TURNS):
-            turned = scanned(candidate.effect.upright(found.fit.chain), self.observations)
+            turned = scanned(effect.upright(found.fit.chain), self.observations)
             if turned is found.fit.chain:
                 break
             found = self.fitted(turned, effects)
@@ -215,14 +241,21 @@ def selected(bench: Bench, start: Hypothesis, note: Note) -> tuple[Bench, Hypoth
     return bench, bench.pruned(best), rounds
 
 
-def promising(screened: Sequence[Candidate], base: Hypothesis, runs: int) -> list[Candidate]:
-    """Return what is worth a fit: the best form of every effect at every place, among those that promise most."""
+def hopeful(screened: Sequence[Candidate], base: Hypothesis, runs: int) -> list[Candidate]:
+    """Return what is worth a closer look: the best forms of every effect at every place, those that promise most."""
     best = max((c.gain for c in screened), default=0.0)
     kept: list[Candidate] = []
     for candidate in screened:
         same = [c for c in kept if (c.effect.id, c.effect.place) == (candidate.effect.id, candidate.effect.place)]
         rival = all(candidate.gain > 0.8 * c.gain and c.effect.form != candidate.effect.form for c in same)
         price = sum(runs if p.local else 1 for p in candidate.effect.parameters()) * log(base.count)
-        if candidate.gain > max(price, PROMISING * best) and len(same) < 2 and (not same or rival):
+        if candidate.gain > max(COARSE * price, HOPEFUL * best) and len(same) < 2 and (not same or rival):
             kept.append(candidate)
-    return kept[:FITTED_A_ROUND]
+    return kept[:LOOKED_AT]
+
+
+def promising(promises: Sequence[Promise]) -> list[Promise]:
+    """Return what is worth a fit: what promises most once its own parameters are at their best."""
+    best = max((p.gain for p in promises), default=0.0)
+    ranked = sorted(promises, key=lambda p: -p.gain)
+    return [p for p in ranked if p.gain > PROMISING * best][:FITTED_A_ROUND]

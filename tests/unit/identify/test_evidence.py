@@ -5,7 +5,8 @@ import pytest
 
 from identify.chain import plain_chain, simulate
 from identify.effects import catalogue
-from identify.evidence import Evidence, candidates
+from identify.evidence import Candidate, Evidence, candidates, evidence_starts
+from identify.explain.promise import promised
 from identify.fit import fit
 from identify.stage import Place
 from tests.proof.cases import Concealed
@@ -17,6 +18,12 @@ NOISE_V = 0.01
 PLAYED = (staircase("stairs", FIG13_LEVELS_V, 0.05), sine("sine", 31.25, 8.0, 8, 1))
 DRIFT = Concealed("offset_drift", {"rate": 0.013})
 KINDS = list(catalogue().values())
+
+
+def best_of(seen, effect):
+    """Return the chain of an effect at the values that promise most from its first start."""
+    start = effect.starts(seen)[0]
+    return promised(seen, Candidate(effect, start, seen.gain(effect, start))).chain
 
 
 def evidence_of(*physics, fixed=()):
@@ -135,7 +142,7 @@ def test_a_weak_compression_has_a_start_that_gains(form):
     (start,) = effect.starts(seen)
     assert seen.gain(effect, start) > 0.0
     if form != "tanh lower":
-        assert start["level"] == pytest.approx(level, rel=0.3)
+        assert best_of(seen, effect).values["soft_saturation.level"] == pytest.approx(level, rel=0.3)
 
 
 @pytest.mark.parametrize("depth", [2e-3, 8e-3, 0.1])
@@ -160,9 +167,26 @@ def test_a_parameter_at_its_bound_mimics_nothing():
 
 
 @pytest.mark.parametrize("drop", [3e-6, 3e-5])
-def test_a_diode_has_a_start_that_promises_most_of_what_a_fit_finds(drop):
+def test_a_diode_has_a_start_from_which_its_promise_is_most_of_what_a_fit_finds(drop):
     seen = evidence_of(Concealed("diode_clamp", {"drop": drop, "knee": 1.4}))
     effect = catalogue()["soft_saturation"](Place.F, "diode upper")
     (start,) = effect.starts(seen)
-    refitted = fit(effect.put_in(seen.chain, start), seen.observations, seen.chain.values)
-    assert seen.gain(effect, start) > 0.8 * (seen.fitted.cost - refitted.cost) > 100.0
+    promise = promised(seen, Candidate(effect, start, seen.gain(effect, start)))
+    refitted = fit(promise.chain, seen.observations, seen.chain.values)
+    assert promise.gain > 0.8 * (seen.fitted.cost - refitted.cost) > 100.0
+
+
+@pytest.mark.parametrize(("concealed", "kind", "place"), [
+    (Concealed("feedthrough", {"k": 5e-4}), "feedthrough", Place.SENSE),
+    (Concealed("leak", {"rate": 8e-4}), "plateau_droop", Place.F),
+    (Concealed("hum at sense", {"frequency": 50.01, "amplitude": 1e-3, "third": 2e-4, "fifth": 0.0}), "hum",
+     Place.SENSE),
+])  # fmt: skip
+def test_where_an_effect_is_small_its_promise_is_its_fit(concealed, kind, place):
+    seen = evidence_of(concealed)
+    effect = next(e for e in catalogue()[kind].variants() if e.place == place)
+    start = max(evidence_starts(seen, effect), key=lambda values: seen.gain(effect, values))
+    promise = promised(seen, Candidate(effect, start, seen.gain(effect, start)))
+    refitted = fit(promise.chain, seen.observations, seen.chain.values)
+    assert promise.gain > 10.0
+    assert seen.fitted.cost - refitted.cost == pytest.approx(promise.gain, abs=4.0)

@@ -1,0 +1,94 @@
+"""How far does chi-squared fall at the best value of an effect, while the plain parameters move to first order?
+
+The effect's own parameters take Gauss-Newton steps; the plain ones are projected out (variable projection: Golub and
+Pereyra, SIAM J. Numer. Anal. 10 (1973) 413). Where an effect is small this is its fit; where it is large, its start.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import LinAlgError
+
+from identify.chain import Chain
+from identify.derivatives.sensitivities import DIFFERENCE
+from identify.evidence import Candidate, Evidence, Matrix
+from identify.fit import HALVED, Coordinate, coordinates_of
+from identify.quadratic import boxed_step
+from identify.taps import Tapped
+from identify.trace import Array
+
+STEPS = 3
+WIDEST = 1.0  # a step of a value searched in its log, at most
+ENOUGH = 0.3  # of chi-squared: a step that gains less is the last
+SHORTER = 0.25
+
+
+@dataclass(frozen=True)
+class Promise:
+    """A candidate at its best values: its chain with the plain parameters moved, too, and the fall of chi-squared."""
+
+    candidate: Candidate
+    chain: Chain
+    gain: float
+
+
+def promised(evidence: Evidence, candidate: Candidate) -> Promise:
+    """Return a candidate at the values that gain most to first order in the plain parameters."""
+    chain = candidate.effect.put_in(evidence.chain, candidate.values)
+    change = evidence.change(chain)
+    gain = evidence.gained(change)
+    for _ in range(STEPS):
+        coordinates = _own(evidence, chain)
+        better = _stepped(evidence, chain, coordinates, change, gain) if coordinates else None
+        if better is None:
+            break
+        risen, (chain, change, gain) = better[2] - gain, better
+        if risen < ENOUGH:
+            break
+    return Promise(candidate, evidence.followed(chain, change), gain)
+
+
+def _own(evidence: Evidence, chain: Chain) -> tuple[Coordinate, ...]:
+    """Return the coordinates of a chain's parameters that the fitted chain does not have."""
+    runs = [o.trace.name for o in evidence.observations]
+    plain = [p.name for p in evidence.chain.parameters()]
+    return coordinates_of(chain, chain.values, runs, plain)
+
+
+def _stepped(
+    evidence: Evidence, chain: Chain, coordinates: Sequence[Coordinate], change: Array, gain: float
+) -> tuple[Chain, Array, float] | None:
+    """Return the chain one step further with its change and gain; None where no step gains."""
+    try:
+        rows = _slopes(evidence, chain, coordinates)
+        matrix, right = evidence.normal_of(rows, change)
+        widest = np.array([WIDEST if c.parameter.coordinate == "log" else np.inf for c in coordinates])
+        prior = np.array([c.prior_sd**-2.0 for c in coordinates])
+        step = boxed_step(matrix + np.diag(prior), right, -widest, widest)
+    except (ValueError, LinAlgError):
+        return None
+    for length in (1.0, SHORTER):
+        there = _moved(chain, coordinates, length * step)
+        moved = evidence.change(there)
+        reached = evidence.gained(moved)
+        if reached > gain:
+            return there, moved, reached
+    return None
+
+
+def _moved(chain: Chain, coordinates: Sequence[Coordinate], step: Array) -> Chain:
+    """Return the chain a step further; values searched in their log move straight, but not through zero."""
+    values = {}
+    for coordinate, by in zip(coordinates, step.tolist(), strict=True):
+        log = coordinate.parameter.coordinate == "log"
+        values[coordinate.name] = coordinate.value(float(np.log1p(max(by, HALVED))) if log else by)
+    return chain.with_values(values)
+
+
+def _slopes(evidence: Evidence, chain: Chain, coordinates: Sequence[Coordinate]) -> Matrix:
+    """Return the change of the answer per coordinate, in units of the noise, shape (d, n), by differences."""
+    tapped = [Tapped(chain, o) for o in evidence.observations]
+    varied = [chain.with_values({c.name: c.value(DIFFERENCE)}) for c in coordinates]
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.array([np.concatenate([t.change(other) for t in tapped]) for other in varied]) / DIFFERENCE
