@@ -219,7 +219,7 @@ class Evidence:
     def answer_v(self) -> Array:
         """Return the fitted chain's answer where samples count, all runs in a row, V."""
         noise_v = np.repeat([o.noise_v for o in self.observations], [o.count for o in self.observations])
-        return np.asarray(self._answer * noise_v)
+        return np.asarray(np.concatenate([tapped.answer for tapped in self._tapped]) * noise_v)
 
     def limits(self, sign: float, count: int) -> list[float]:
         """Return the levels, V, at which the readings are likeliest cut off: above (sign 1) or below (-1).
