@@ -17,6 +17,7 @@ from identify.derivatives.sensitivities import sensitivities
 from identify.effects.effect import Effect
 from identify.effects.hum import Hum
 from identify.fit import Fit
+from identify.levels import Levels, hats, knots_between
 from identify.observe import Observation
 from identify.stage import Place
 from identify.taps import Tapped
@@ -40,6 +41,7 @@ class Evidence:
         self.observations = tuple(observations)
         self.sample_s = 1.0 / observations[0].trace.rate_hz
         self._seen: dict[tuple[object, ...], float] = {}
+        self._levels: dict[Place, Levels] = {}
 
     def range(self, place: Place) -> tuple[float, float]:
         """Return the lowest and highest level of the signal behind a place, V, over all runs."""
@@ -59,6 +61,15 @@ class Evidence:
                 low, high = found[place]
                 found[place] = (min(low, float(np.min(tap))), max(high, float(np.max(tap))))
         return found
+
+    def levels(self, place: Place) -> Levels:
+        """Return what any memoryless law of the level behind a place would gain."""
+        if place not in self._levels:
+            knots = knots_between(*self.range(place))
+            rows = np.concatenate([hats(self.chain, place, knots, o) / o.noise_v for o in self.observations], axis=1)
+            free = self.without_plain(rows)
+            self._levels[place] = Levels(knots, rows @ free.T, free @ self.residual)
+        return self._levels[place]
 
     def rates(self, place: Place) -> tuple[float, ...]:
         """Return rates of change of the signal behind a place, V/s: zero and quantiles of those that occur."""

@@ -77,9 +77,9 @@ LIBRARY = (
     _known("saturation", OP_AMP, 111, ("saturation", "saturation", "F", {"upper": 13.46, "lower": -17.13})),
     _known("soft_saturation", OP_AMP, 112, ("soft_saturation", "soft_saturation", "F", {"level": 47.3})),
     _known("soft_saturation, upper", SKEWED, 113, ("soft_saturation, upper", "soft_saturation", "F", {"level": 43.7})),
-    Case(  # compared by name only: the law on the bench has no parameter of the library's
-        "soft_saturation, diodes", OP_AMP, (Concealed("diode_clamp", {"drop": 1.3e-5, "knee": 1.27}),),
-        (Finding("soft_saturation", "F", {}),), 123,
+    Case(  # the bench knows R I_s, the library where the diode conducts as well as R does: n V_T ln(n V_T / (R I_s))
+        "diode_clamp", OP_AMP, (Concealed("diode_clamp", {"drop": 1.3e-5, "knee": 1.27}),),
+        (Finding("diode_clamp", "F", {"n_vt": 1.27, "knee": 14.592}),), 123,
     ),
     _known("plateau_droop, leak", OP_AMP, 114, ("leak", "plateau_droop", "F", {"rate": 0.097})),
     _known("plateau_droop, bias current", OP_AMP, 115, ("bias current", "plateau_droop", "F", {"current": 0.53})),

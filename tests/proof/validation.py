@@ -115,10 +115,13 @@ def _soft(what: str, unit: float) -> Draw:
     return draw
 
 
-def _diode(rng: Rng, rig: Rig, z: float) -> Piece:
-    knee = _between(rng, 0.6, 2.5)
-    values = {"drop": 0.09 * z * float(np.exp(-_tops(rig)[1] / knee)), "knee": knee}
-    return Concealed("diode_clamp", values), Finding("soft_saturation", "F", {})
+def _diode(what: str) -> Draw:
+    def draw(rng: Rng, rig: Rig, z: float) -> Piece:
+        knee = _between(rng, 0.6, 2.5)
+        values = {"drop": 0.09 * z * float(np.exp(-min(map(abs, _tops(rig))) / knee)), "knee": knee}
+        return Concealed(what, values), Finding("diode_clamp", "F", {"n_vt": knee})
+
+    return draw
 
 
 def _hum(what: str, stage: str, unit: float) -> Draw:
@@ -152,7 +155,9 @@ LIBRARY: dict[str, Draw] = {
     "saturation": _saturation,
     "soft_saturation": _soft("soft_saturation", 141.0),
     "soft_saturation, upper": _soft("soft_saturation, upper", 124.0),
-    "diode_clamp": _diode,
+    "diode_clamp": _diode("diode_clamp"),
+    "diode_clamp, lower": _diode("diode_clamp, lower"),
+    "diode_clamp, both": _diode("diode_clamp, both"),
     "leak": _linear("leak", "plateau_droop", "F", "rate", 8.6e-3),
     "bias current": _linear("bias current", "plateau_droop", "F", "current", 5.3e-2, signed=True),
     "dead_time": _linear("dead_time", "dead_time", "G2", "delay", 63e-6),
@@ -169,7 +174,8 @@ LIBRARY: dict[str, Draw] = {
     "adc_clipping": _clipped,
 }
 STAGES = {
-    "saturation": "F", "soft_saturation": "F", "soft_saturation, upper": "F", "diode_clamp": "F", "leak": "F",
+    "saturation": "F", "soft_saturation": "F", "soft_saturation, upper": "F", "diode_clamp": "F",
+    "diode_clamp, lower": "F", "diode_clamp, both": "F", "leak": "F",
     "bias current": "F", "dead_time": "G2", "extra_pole in G1": "G1", "extra_pole in G2": "G2", "feedthrough": "sense",
     "hum at sense": "sense", "hum at G1": "G1", "offset_drift": "sense",
     "gain_drift": "sense", "rectifying_sensor": "sense", "ac_coupling": "sense", "adc_nonlinearity": "sense",

@@ -25,6 +25,8 @@ from tests.trials import model_of, recorded
 STAIRS = staircase("stairs", FIG13_LEVELS_V[::2], 0.03)
 SINE = sine("sine", 31.25, 8.0, 4, 1)
 RAILS = {"upper": 9.3, "lower": -11.2}
+SERIES = {"drop": 2e-5, "knee": 0.8, "series": 0.15}  # the bench's words for R I_s, n V_T and the series resistance
+SHUNT = {"n_vt": 0.8, "knee": 0.8 * float(np.log(0.8 / (1.15 * 2e-5))), "slope": 0.15 / 1.15}
 TWINS = {
     "saturation": (OP_AMP, Concealed("saturation", RAILS), Physics("saturation", RAILS)),
     "tanh": (OP_AMP, Concealed("soft_saturation", {"level": 17.3}), Physics("soft_saturation", {"level": 17.3})),
@@ -32,6 +34,11 @@ TWINS = {
         SKEWED, Concealed("soft_saturation, upper", {"level": 17.3}),
         Physics("soft_saturation", {"level": 17.3}, form="tanh upper"),
     ),
+    "diode": (OP_AMP, Concealed("diode_clamp", SERIES), Physics("diode_clamp", SHUNT)),
+    "diode below": (
+        OP_AMP, Concealed("diode_clamp, lower", SERIES), Physics("diode_clamp", SHUNT, form="lower"),
+    ),
+    "diodes": (OP_AMP, Concealed("diode_clamp, both", SERIES), Physics("diode_clamp", SHUNT, form="both")),
     "leak": (OP_AMP, Concealed("leak", {"rate": 3.7}), Physics("plateau_droop", {"rate": 3.7})),
     "bias": (
         OP_AMP, Concealed("bias current", {"current": 21.0}), Physics("plateau_droop", {"current": 21.0}, form="bias"),

@@ -166,10 +166,12 @@ def test_a_parameter_at_its_bound_mimics_nothing():
     assert promise > 0.5 * (seen.fitted.cost - refitted.cost) > 100.0
 
 
-@pytest.mark.parametrize("drop", [3e-6, 3e-5])
-def test_a_diode_has_a_start_from_which_its_promise_is_most_of_what_a_fit_finds(drop):
+@pytest.mark.parametrize(("drop", "law", "form"), [
+    (3e-6, "soft_saturation", "diode upper"), (3e-5, "soft_saturation", "diode upper"), (3e-5, "diode_clamp", "upper"),
+])
+def test_a_diode_has_a_start_from_which_its_promise_is_most_of_what_a_fit_finds(drop, law, form):
     seen = evidence_of(Concealed("diode_clamp", {"drop": drop, "knee": 1.4}))
-    effect = catalogue()["soft_saturation"](Place.F, "diode upper")
+    effect = catalogue()[law](Place.F, form)
     (start,) = effect.starts(seen)
     promise = promised(seen, Candidate(effect, start, seen.gain(effect, start)))
     refitted = fit(promise.chain, seen.observations, seen.chain.values)

@@ -121,6 +121,19 @@ def test_waveform_is_a_sum_of_sines_without_drift_of_its_phasor():
     assert np.allclose(out, 2.0 + 0.3 * np.sin(turn) + 0.1 * np.sin(5.0 * turn - 2.0), rtol=0, atol=1e-11)
 
 
+@pytest.mark.parametrize("knee", [0.3, 5.0, 22.0, 1000.0])
+@pytest.mark.parametrize(("forward", "backward"), [(True, False), (False, True), (True, True)])
+def test_a_clamp_solves_the_equation_of_its_diodes(knee, forward, backward):
+    v = np.concatenate((np.linspace(-40.0, 60.0, 1001), (-3000.0, 3000.0, 0.0)))
+    x = np.empty(v.size)
+    kernels.clamped(knee, forward, backward, v, x)
+    on = np.exp(x - knee) - np.exp(-knee) if forward else 0.0
+    off = np.exp(-x - knee) - np.exp(-knee) if backward else 0.0
+    left = x + on - off - v
+    assert np.abs(left / (1.0 + np.abs(v))).max() < 1e-11
+    assert np.all(np.diff(x[:1001]) > 0.0)
+
+
 def test_loops_are_for_compiled_code():
     with pytest.raises(NotImplementedError, match="compiled code only"):
         kernels.dot((1.0,), (1.0,))

@@ -1,0 +1,73 @@
+"""Which memoryless law at a place would explain a residual, judged without simulating a single one?
+
+What follows a place passes on the sum of what it is given, to first order; so the answer to any small law there is a
+sum of the answers to hat functions of the level. They are simulated once. What a law would gain is then algebra.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.chain import Chain, advance, grid_of, signals
+from identify.observe import Observation
+from identify.stage import Block, Place
+from identify.trace import Array
+
+KNOTS = 41
+SMALL = 1e-3  # of the range of the level: the height at which hats are passed on
+
+Law = Callable[[Array, Mapping[str, float]], Array]
+"""What becomes of a level, V, at values by short name."""
+
+
+@dataclass(frozen=True)
+class Levels:
+    """Levels at which a law is known, straight between, and chi-squared as a quadratic form of its changes there."""
+
+    knots: Array
+    matrix: NDArray[np.float64]
+    right: Array
+
+    def gain(self, change: Array) -> float:
+        """Return the fall of chi-squared when the level changes by ``change`` (V, shape (KNOTS,)) at the knots."""
+        return float(change @ (2.0 * self.right - self.matrix @ change))
+
+    def best(self, law: Law, options: Sequence[Mapping[str, float]]) -> dict[str, float]:
+        """Return the option whose law gains most; empty when none gains anything."""
+        found: dict[str, float] = {}
+        most = 0.0
+        for values in options:
+            gained = self.gain(law(self.knots, values) - self.knots)
+            if gained > most:
+                found, most = {name: float(value) for name, value in values.items()}, gained
+        return found
+
+
+def knots_between(low: float, high: float) -> Array:
+    """Return levels from low to high, closer to one another at the ends: a limit may only just be met."""
+    t = np.linspace(-1.0, 1.0, KNOTS)
+    return np.asarray(0.5 * (low + high) + 0.5 * (high - low) * (0.5 * t + 0.5 * np.sin(0.5 * np.pi * t)))
+
+
+def hats(chain: Chain, place: Place, knots: Array, observation: Observation) -> NDArray[np.float64]:
+    """Return the answers to hat functions of the level behind ``place``, V/V, where samples count, shape (K, n)."""
+    coarse = replace(observation, substeps=1, left_out=None)
+    at = chain.index(place)
+    level = signals(chain, coarse.trace)[at - 1]
+    height = SMALL * float(knots[-1] - knots[0])
+    rest = _passed_on(chain, at, level, coarse)
+    return np.array([
+        (_passed_on(chain, at, level + height * np.interp(level, knots, hat), coarse) - rest)[coarse.use] / height
+        for hat in np.eye(knots.size)
+    ])  # fmt: skip
+
+
+def _passed_on(chain: Chain, first: int, signal: Array, observation: Observation) -> Array:
+    """Return the answer of the stages from ``first`` on to a signal at the sample instants."""
+    grid = grid_of(observation.trace)
+    block = Block(signal, observation.source[0 : signal.size], 0, grid)
+    for run in chain.begin(grid, first):
+        block = advance(run, block)
+    return block.signal
