@@ -19,9 +19,11 @@ from tests.proof.rigs import Rig
 
 COARSE = 2  # sub-steps of a sample: z is wanted to a tenth
 DIFFERENCE = 1e-4
-REALISATIONS = 4  # over which the effect of chance is averaged
+REALISATIONS = 6  # over which the effect of chance is averaged
+SMOOTH = 9  # lines of a spectrum that are averaged
 NEAR = 0.07  # of a wanted z, on a log scale
 TRIES = 12
+TINY = 1e-9
 
 Values = dict[str, float]
 
@@ -72,13 +74,40 @@ class Sensed:
         columns = [(self.answers(moved) - clean) / DIFFERENCE for moved in neighbours(self.case.rig)]
         return np.linalg.qr(np.stack(columns, axis=1))[0]
 
-    def z(self, concealed: Concealed, chance: bool = False) -> float:
-        """Return the z of one piece of physics; where chance rules, of its mean effect over several realisations."""
-        seeds = range(self.case.seed, self.case.seed + (REALISATIONS if chance else 1))
-        changed = [self.answers(self.case.rig, (concealed,), seed, noisy=True) - self.plain for seed in seeds]
-        change = np.mean(changed, axis=0)
-        left = change - self.slopes @ (self.slopes.T @ change)
-        return float(np.linalg.norm(left)) / self.case.rig.noise_v
+    def z(self, concealed: Concealed) -> float:
+        """Return the z of one piece of physics."""
+        return float(np.linalg.norm(self._left(self._change(concealed, self.case.seed)))) / self.case.rig.noise_v
+
+    def z_of_mean(self, concealed: Concealed) -> float:
+        """Return the z of the mean effect of physics in which chance rules, in the noise that its chance adds to.
+
+        The products of different realisations have the squared mean for their mean.
+        """
+        seeds = range(self.case.seed, self.case.seed + REALISATIONS)
+        left = [self._left(self._change(concealed, seed)) for seed in seeds]
+        each, whole = np.mean([np.sum(c**2) for c in left]), np.sum(np.sum(left, axis=0) ** 2)
+        mean2 = max(float(whole - REALISATIONS * each) / (REALISATIONS * (REALISATIONS - 1)), 0.0)
+        noise2 = self.case.rig.noise_v**2 + max(float(each) - mean2, 0.0) / left[0].size
+        return float(np.sqrt(mean2 / noise2))
+
+    def z_of_spectrum(self, concealed: Concealed) -> float:
+        """Return the z of added noise: the root of twice the information by which its spectrum departs from white.
+
+        With rho the ratio of added to white power, a line of the spectrum tells rho - ln(1 + rho).
+        """
+        z2, ends = 0.0, np.cumsum([u.size for u, _, _ in self.runs])[:-1]
+        for added in np.split(self._change(concealed, self.case.seed), ends):
+            power = np.abs(np.fft.rfft(added))[1:] ** 2 / added.size / self.case.rig.noise_v**2
+            ratio = np.convolve(power, np.full(SMOOTH, 1.0 / SMOOTH), mode="same")
+            z2 += 2.0 * float(np.sum(ratio - np.log1p(ratio)))
+        return float(np.sqrt(z2))
+
+    def _change(self, concealed: Concealed, seed: int) -> Array:
+        return self.answers(self.case.rig, (concealed,), seed, noisy=True) - self.plain
+
+    def _left(self, change: Array) -> Array:
+        """Return what of a change the plain model's values cannot do."""
+        return change - self.slopes @ (self.slopes.T @ change)
 
     @cached_property
     def reach(self) -> Reach:
@@ -124,20 +153,22 @@ def _scaled(den: tuple[float, ...], at: int, step: float) -> tuple[float, ...]:
 def strength(z_of: Callable[[float], float], wanted: float, most: float = 1.0) -> tuple[float, float]:
     """Return the strength, at most ``most``, at which z is about ``wanted``, and the z it has there.
 
-    A strength of zero is no physics; z grows with it. Secant steps on a log scale, kept inside what is known.
+    A strength of zero is no physics; z grows with it. Steps along the power law through the last two, kept inside what
+    is known; the nearest is returned.
     """
     low, high = (0.0, 0.0), (most, z_of(most))
     if high[1] <= wanted:
         return high
-    at, power = high, 1.0
+    at, power, seen = high, 1.0, [high]
     for _ in range(TRIES):
-        guess = at[0] * (wanted / max(at[1], 1e-9)) ** (1.0 / power)
+        guess = at[0] * (wanted / max(at[1], TINY)) ** (1.0 / power)
         if not low[0] < guess < high[0]:
-            guess = float(np.sqrt(low[0] * high[0])) if low[0] else 0.03 * high[0]
+            guess = 0.5 * (low[0] + high[0]) if low[0] else 0.1 * high[0]
         before, at = at, (guess, z_of(guess))
-        if abs(np.log(max(at[1], 1e-9) / wanted)) < NEAR:
+        seen.append(at)
+        if abs(np.log(max(at[1], TINY) / wanted)) < NEAR:
             break
-        slope = np.log(max(at[1], 1e-9) / max(before[1], 1e-9)) / np.log(at[0] / before[0])
-        power = float(np.clip(slope, 0.3, 3.0))
+        slope = np.log(max(at[1], TINY) / max(before[1], TINY)) / np.log(at[0] / before[0])
+        power = float(np.clip(slope, 0.3, 30.0))
         low, high = (at, high) if at[1] < wanted else (low, at)
-    return at
+    return min(seen, key=lambda pair: abs(np.log(max(pair[1], TINY) / wanted)))

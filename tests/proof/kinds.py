@@ -1,0 +1,312 @@
+"""What may be concealed in a trial, at which places and in which forms, with which values for a given strength?
+
+Every id of the catalogue in physics.md section 2 is here, and kinds that are in no catalogue. Values depend on what
+the rig reaches when it plays the standard protocol: a rail is set below the highest level, a knee inside the gap. A
+strength of 1 is as strong as is still sensible; towards 0 the physics vanishes.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import exp
+
+from tests.proof.detect import Reach, Values
+from tests.proof.rigs import Rig, Rng, between, first_order
+
+Scaled = Callable[[float], Values]
+Draw = Callable[[Rng, Reach], Scaled]
+
+
+def same(rig: Rig) -> Rig:
+    """Return the rig."""
+    return rig
+
+
+def as_concealed(values: Values) -> Values:
+    """Return the values: the bench's law has the parameters of the catalogue."""
+    return values
+
+
+@dataclass(frozen=True)
+class Kind:
+    """Physics by its public id, its stage and its law; how its values are drawn, and what of them a report may tell.
+
+    ``prepared`` makes the rig one in which it can be missing; ``chance``: its effect is one of chance, so that its mean
+    counts; ``spectral``: it is noise, told by its spectrum; ``drawn``: it has no size to be set, only one to be drawn.
+    """
+
+    id: str
+    stage: str
+    law: str
+    draw: Draw
+    told: Callable[[Values], Values] = as_concealed
+    prepared: Callable[[Rig], Rig] = same
+    chance: bool = False
+    spectral: bool = False
+    drawn: bool = False
+
+
+def sign(rng: Rng) -> float:
+    """Return one up or down."""
+    return float(rng.choice([-1.0, 1.0]))
+
+
+def _one(key: str, most: Callable[[Reach], float], signed: bool = False) -> Draw:
+    """Return the draw of physics with one value, proportional to its strength."""
+
+    def draw(rng: Rng, reach: Reach) -> Scaled:
+        top = most(reach) * (sign(rng) if signed else 1.0)
+        return lambda strength: {key: top * strength}
+
+    return draw
+
+
+def _slow(most: float) -> Draw:
+    """Return the draw of a coupling capacitor: tau in s, the shorter the stronger."""
+    return lambda rng, reach: lambda strength: {"tau": 1.0 / (most * strength)}
+
+
+def _limits(low: Callable[[Reach], float], high: Callable[[Reach], float], side: str) -> Draw:
+    """Return the draw of limits that cut off up to 0.7 of what is reached, of ``side`` or both."""
+
+    def draw(rng: Rng, reach: Reach) -> Scaled:
+        other = float(rng.uniform(0.5, 1.0))
+        tops = {"upper": high(reach), "lower": low(reach)}
+        cut = dict(zip(tops, (1.0, other) if rng.uniform() < 0.5 else (other, 1.0), strict=True))
+        kept = tops if side == "both" else {side: tops[side]}
+        cut = cut if side == "both" else {side: 1.0}
+        return lambda strength: {k: top * (1.0 - 0.7 * strength * cut[k]) for k, top in kept.items()}
+
+    return draw
+
+
+def _top(reach: Reach, side: str) -> float:
+    """Return the level that a law of one side is set against: the one reached there, or the lesser of both."""
+    return {"upper": reach.high_w_v, "lower": -reach.low_w_v}.get(side, min(reach.high_w_v, -reach.low_w_v))
+
+
+def _soft(side: str) -> Draw:
+    return lambda rng, reach: lambda strength: {"level": 0.8 * _top(reach, side) * strength**-0.5}
+
+
+def _diode(side: str) -> Draw:
+    """Return the draw of a clamp: n V_T, the level at which it conducts as R does, and in half of them a resistor."""
+
+    def draw(rng: Rng, reach: Reach) -> Scaled:
+        top = _top(reach, side)
+        n_vt = top * between(rng, 0.004, 0.12)
+        series = between(rng, 0.02, 0.4) if rng.uniform() < 0.5 else 0.0
+
+        def values(strength: float) -> Values:
+            level = top + 8.0 * n_vt - strength * (0.6 * top + 8.0 * n_vt)
+            return {"level": level, "knee": n_vt, "series": series, "drop": n_vt * exp(-level / n_vt)}
+
+        return values
+
+    return draw
+
+
+def _diode_told(values: Values) -> Values:
+    series = values["series"]
+    return {"knee": values["level"], "n_vt": values["knee"], "slope": series / (1.0 + series)}
+
+
+def _hum(most: Callable[[Reach], float]) -> Draw:
+    def draw(rng: Rng, reach: Reach) -> Scaled:
+        frequency = float(rng.choice([50.0, 60.0]) + rng.uniform(-0.03, 0.03))
+        third, fifth, top = between(rng, 0.02, 0.5), between(rng, 0.02, 0.3), most(reach)
+        return lambda strength: {
+            "frequency": frequency, "amplitude": top * strength, "third": third * top * strength,
+            "fifth": fifth * top * strength,
+        }  # fmt: skip
+
+    return draw
+
+
+def _resonance(at: Callable[[Rig], float]) -> Draw:
+    def draw(rng: Rng, reach: Reach) -> Scaled:
+        slowest, zeta = 3.0 * at(reach.rig), between(rng, 0.1, 0.7)
+        return lambda strength: {"w_n": slowest / strength, "zeta": zeta}
+
+    return draw
+
+
+def _process_noise(rng: Rng, reach: Reach) -> Scaled:
+    bandwidth, half = between(rng, 100.0, 4000.0), reach.rig.half_gap_v
+    return lambda strength: {"sd": 0.4 * half * strength, "bandwidth": bandwidth}
+
+
+def _gap(rng: Rng, reach: Reach) -> Scaled:
+    middle, skew = reach.rig.d_l_v, float(rng.uniform(-0.3, 0.3))
+
+    def values(strength: float) -> Values:
+        half = 0.4 * reach.v_v * strength
+        return {"D_L": middle + half * (1.0 + skew), "D_U": middle - half * (1.0 - skew)}
+
+    return values
+
+
+def _curved(rng: Rng, reach: Reach) -> Scaled:
+    span, rig = reach.v_v + reach.rig.half_gap_v, reach.rig
+    k2, k3 = (sign(rng) * 0.25 * rig.s_l / span**power for power in (1, 2))
+    share = float(rng.choice([0.0, 0.5, 1.0]))
+    return lambda strength: {"k2": (1.0 - share) * k2 * strength, "k3": share * k3 * strength}
+
+
+def _slopes(rng: Rng, reach: Reach) -> Scaled:
+    up = sign(rng)
+    return lambda strength: {"ratio": exp(0.3 * up * strength)}
+
+
+def _absorption(rng: Rng, reach: Reach) -> Scaled:
+    tau = between(rng, 0.008, 0.3)
+    return lambda strength: {"fraction": 0.3 * strength, "tau": tau}
+
+
+def _second(rng: Rng, reach: Reach) -> Scaled:
+    factor = float(rng.uniform(1.2, 1.8)) if rng.uniform() < 0.5 else float(rng.uniform(0.2, 0.8))
+    return lambda strength: {"gap": 2.0 * reach.rig.half_gap_v * factor, "weight": 0.4 * strength}
+
+
+def _slew(rng: Rng, reach: Reach) -> Scaled:
+    fastest = reach.speed_v * max(reach.rig.s_l, reach.rig.s_u)
+    return lambda strength: {"rate": fastest * (1.0 - 0.97 * strength)}
+
+
+def _coloured(rng: Rng, reach: Reach) -> Scaled:
+    slope = float(rng.uniform(0.5, 2.0))
+    return lambda strength: {"sd": 10.0 * reach.rig.noise_v * strength, "slope": slope}
+
+
+def _bent_adc(rng: Rng, reach: Reach) -> Scaled:
+    top, share = max(reach.high_w_v, -reach.low_w_v), float(rng.choice([0.0, 0.5, 1.0]))
+    k2, k3 = (sign(rng) * 0.2 / top**power for power in (1, 2))
+    return lambda strength: {"k2": (1.0 - share) * k2 * strength, "k3": share * k3 * strength}
+
+
+def _spikes(rng: Rng, reach: Reach) -> Scaled:
+    size = reach.rig.noise_v * between(rng, 8.0, 60.0)
+    return lambda strength: {"rate": 20.0 * strength, "size": size}
+
+
+def _lost(rng: Rng, reach: Reach) -> Scaled:
+    position, count = float(rng.choice(reach.moving_s)), float(rng.integers(1, 21))
+    return lambda strength: {"position": position, "count": count}
+
+
+def _without_gap(rig: Rig) -> Rig:
+    """Return the rig as a rig file without a backlash knows it: one line w = s (v - d)."""
+    middle = 0.5 * (rig.d_l_v + rig.d_u_v)
+    return replace(rig, d_l_v=middle, d_u_v=middle, s_u=rig.s_l, linear=True)
+
+
+def _tied(rig: Rig) -> Rig:
+    return replace(rig, s_u=rig.s_l, tied=True)
+
+
+def _in_time(rig: Rig) -> Rig:
+    return replace(rig, dead_time_s=0.0)
+
+
+def _slow_t(values: Values) -> Values:
+    return {"T": values["tau"]}
+
+
+SIDES = ("both", "upper", "lower")
+U_LOW, U_HIGH = (lambda reach: -reach.u_v), (lambda reach: reach.u_v)
+W_LOW, W_HIGH = (lambda reach: reach.low_w_v), (lambda reach: reach.high_w_v)
+
+LIBRARY: tuple[Kind, ...] = (
+    Kind("dac_quantisation", "source", "dac_quantisation", _one("lsb", lambda r: 0.2 * r.u_v)),
+    Kind("source_pole", "source", "source_pole", _one("tau", lambda r: 8e-3), prepared=first_order),
+    Kind("source_nonlinearity", "source", "source_nonlinearity", _one("k", lambda r: 0.2 / r.u_v**2, signed=True)),
+    Kind("input_ac_coupling", "source", "input_ac_coupling", _slow(10.0), _slow_t),
+    *(Kind("input_clipping", "source", "input_clipping", _limits(U_LOW, U_HIGH, side)) for side in SIDES),
+    Kind("resonance", "G1", "resonance in G1", _resonance(lambda r: r.g1_den[-1] / r.g1_den[-2])),
+    Kind("resonance", "G2", "resonance in G2", _resonance(lambda r: r.g2_den[-1] / r.g2_den[-2])),
+    Kind("extra_pole", "G1", "extra_pole in G1", _one("tau", lambda r: 8e-3), prepared=first_order),
+    Kind("extra_pole", "G2", "extra_pole in G2", _one("tau", lambda r: 3e-3), prepared=first_order),
+    Kind("process_noise", "G1", "process_noise", _process_noise, chance=True),
+    Kind("hum", "G1", "hum at G1", _hum(lambda r: 0.3 * r.rig.half_gap_v)),
+    Kind("hum", "sense", "hum at sense", _hum(lambda r: 20.0 * r.rig.noise_v)),
+    Kind("backlash", "F", "backlash", _gap, prepared=_without_gap),
+    *(Kind("saturation", "F", "saturation", _limits(W_LOW, W_HIGH, side)) for side in SIDES),
+    Kind("soft_saturation", "F", "soft_saturation", _soft("both")),
+    Kind("soft_saturation", "F", "soft_saturation, upper", _soft("upper")),
+    Kind("soft_saturation", "F", "soft_saturation, lower", _soft("lower")),
+    Kind("diode_clamp", "F", "diode_clamp", _diode("upper"), _diode_told),
+    Kind("diode_clamp", "F", "diode_clamp, lower", _diode("lower"), _diode_told),
+    Kind("diode_clamp", "F", "diode_clamp, both", _diode("both"), _diode_told),
+    Kind("curved_border", "F", "curved_border", _curved),
+    Kind("unequal_slopes", "F", "unequal_slopes", _slopes, prepared=_tied),
+    Kind("soft_knee", "F", "soft_knee", _one("width", lambda r: 1.6 * r.rig.half_gap_v)),
+    Kind("plateau_droop", "F", "leak", _one("rate", lambda r: 4.0)),
+    Kind("plateau_droop", "F", "bias current", _one("current", lambda r: 2.0 * r.high_w_v, signed=True)),
+    Kind("dielectric_absorption", "F", "absorption", _absorption),
+    Kind("plateau_tilt", "F", "plateau_tilt", _one("k", lambda r: 0.1 * r.rig.s_l, signed=True)),
+    Kind("second_play", "F", "second_play", _second),
+    Kind("rate_dependent_gap", "F", "rate_dependent_gap", _one("k", lambda r: 0.8 * r.rig.half_gap_v / r.speed_v)),
+    Kind("slew_limit", "F", "slew_limit", _slew),
+    Kind("dead_time", "G2", "dead_time", _one("delay", lambda r: 4e-3), prepared=_in_time),
+    Kind("feedthrough", "sense", "feedthrough", _one("k", lambda r: 0.1, signed=True)),
+    Kind("offset_drift", "sense", "offset_drift", _one("rate", lambda r: r.rig.noise_v, signed=True)),
+    Kind("gain_drift", "sense", "gain_drift", _one("rate", lambda r: 5e-3, signed=True)),
+    Kind("ac_coupling", "sense", "ac_coupling", _slow(4.0), _slow_t),
+    Kind("coloured_noise", "sense", "coloured_noise", _coloured, spectral=True),
+    *(Kind("adc_clipping", "sense", "adc_clipping", _limits(W_LOW, W_HIGH, side)) for side in SIDES),
+    Kind("adc_quantisation", "sense", "adc_quantisation", _one("lsb", lambda r: 30.0 * r.rig.noise_v)),
+    Kind("adc_nonlinearity", "sense", "adc_nonlinearity", _bent_adc),
+    Kind("rectifying_sensor", "sense", "rectifying_sensor", _one("lost", lambda r: 1.0)),
+    Kind("spikes", "sense", "spikes", _spikes),
+    Kind("clock_skew", "sense", "clock_skew", _one("ppm", lambda r: 400.0, signed=True)),
+    Kind("missing_samples", "sense", "missing_samples", _lost, drawn=True),
+)
+
+
+def _ripple(rng: Rng, reach: Reach) -> Scaled:
+    frequency = float(rng.uniform(65.0, 95.0))
+    return lambda strength: {"share": 0.5 * strength, "frequency": frequency}
+
+
+def _heating(rng: Rng, reach: Reach) -> Scaled:
+    tau = between(rng, 0.05, 3.0)
+    return lambda strength: {"k": 0.3 * strength / reach.v_v**2, "tau": tau}
+
+
+def _echo(rng: Rng, reach: Reach) -> Scaled:
+    delay, up = between(rng, 4e-3, 30e-3), sign(rng)
+    return lambda strength: {"share": 0.3 * up * strength, "delay": delay}
+
+
+def _contact(rng: Rng, reach: Reach) -> Scaled:
+    rate = between(rng, 1.0, 6.0)
+    return lambda strength: {"rate": rate, "length": 30e-3 * strength}
+
+
+def _stray(rng: Rng, reach: Reach) -> Scaled:
+    frequency = between(rng, 65.0, 95.0) if rng.uniform() < 0.5 else between(rng, 310.0, 1900.0)
+    return lambda strength: {"amplitude": 10.0 * reach.rig.noise_v * strength, "frequency": frequency}
+
+
+def _popcorn(rng: Rng, reach: Reach) -> Scaled:
+    rate = between(rng, 0.3, 8.0)
+    return lambda strength: {"size": 20.0 * reach.rig.noise_v * strength, "rate": rate}
+
+
+def _code(rng: Rng, reach: Reach) -> Scaled:
+    level, up = float(rng.uniform(0.7 * reach.low_w_v, 0.7 * reach.high_w_v)), sign(rng)
+    return lambda strength: {"step": 0.2 * up * reach.high_w_v * strength, "level": level}
+
+
+UNHEARD: tuple[Kind, ...] = (
+    Kind("reference_ripple", "source", "reference_ripple", _ripple),
+    Kind("self_heating", "G1", "self_heating", _heating),
+    Kind("level_dependent_delay", "G1", "level_dependent_delay", _one("k", lambda r: 8e-3 / r.v_v)),
+    Kind("stick_slip", "F", "stick_slip", _one("stuck", lambda r: 0.8 * r.rig.half_gap_v * r.rig.s_l)),
+    Kind("wearing_gap", "F", "wearing_gap", _one("rate", lambda r: 5e-3)),
+    Kind("crossover", "F", "crossover", _one("dead", lambda r: 0.3 * r.high_w_v)),
+    Kind("lost_contact", "F", "lost_contact", _contact),
+    Kind("echo", "G2", "echo", _echo),
+    Kind("stray_line", "sense", "stray_line", _stray),
+    Kind("telegraph", "sense", "telegraph", _popcorn),
+    Kind("missing_code", "sense", "missing_code", _code),
+)

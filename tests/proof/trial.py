@@ -1,0 +1,142 @@
+"""Which trial has a number? Rig, what is played, what is concealed and how clearly it shows come from the number alone.
+
+Strata: ``null`` conceals nothing; ``single`` one physics of the catalogue; ``pair`` two of different stages;
+``outside`` one that no catalogue has; ``below`` one of the catalogue that the noise hides.
+"""
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import count
+from typing import Literal
+from zlib import crc32
+
+import numpy as np
+
+from tests.proof.cases import Concealed, Finding
+from tests.proof.detect import Sensed, strength
+from tests.proof.kinds import LIBRARY, UNHEARD, Kind
+from tests.proof.rigs import Rig, Rng, between, drawn_rig, toleranced
+from tests.proof.standard import protocol
+from tests.proof.stimuli import Stimulus
+
+Stratum = Literal["null", "single", "pair", "outside", "below"]
+STRATA: tuple[Stratum, ...] = ("null", "single", "pair", "outside", "below")
+ROUND = {"null": 15, "pair": 6, "outside": 5, "below": 5}  # trials of a round, beside one of every effect
+Z = {"single": (10.0, 3000.0), "pair": (30.0, 1500.0), "outside": (30.0, 3000.0), "below": (0.3, 3.0)}
+OFF = 0.05  # of every value of the rig file
+ALIKE = ({"source_pole", "extra_pole"},)  # the same data, wherever the other is
+ALONE = {"backlash", "unequal_slopes"}  # they change what the plain model is
+
+
+@dataclass(frozen=True, order=True)
+class Key:
+    """Which trial: the seed of the study, its stratum, what it is about, and its number among those."""
+
+    seed: int
+    stratum: Stratum
+    about: str
+    number: int
+
+    @property
+    def text(self) -> str:
+        """Return the key in one word."""
+        return f"{self.seed}/{self.stratum}/{self.about}/{self.number}"
+
+    @property
+    def rng(self) -> Rng:
+        """Return the random numbers of the trial."""
+        return np.random.default_rng([self.seed, crc32(f"{self.stratum}/{self.about}".encode()), self.number])
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A rig, the rig file that is 5 % off, what is played, what is concealed, and the z of each."""
+
+    key: Key
+    rig: Rig
+    seed: int
+    training: tuple[Stimulus, ...]
+    held_out: tuple[Stimulus, ...]
+    physics: tuple[Concealed, ...] = ()
+    expected: tuple[Finding, ...] = ()
+    unheard: tuple[Finding, ...] = ()
+    z: tuple[float, ...] = ()
+
+    @cached_property
+    def nominal(self) -> Rig:
+        """Return what the rig file says."""
+        return toleranced(self.rig, self.seed, OFF)
+
+
+def plan(seed: int, strata: Collection[str], effects: Collection[str]) -> Iterator[Key]:
+    """Yield trials without end: round by round one of every effect, and the shares of the other strata."""
+    for turn in count():
+        for stratum in (s for s in STRATA if s in strata):
+            if stratum == "single":
+                yield from (Key(seed, stratum, effect, turn) for effect in sorted(effects))
+            else:
+                yield from (_key(seed, stratum, turn * ROUND[stratum] + i, effects) for i in range(ROUND[stratum]))
+
+
+def _key(seed: int, stratum: Stratum, number: int, effects: Collection[str]) -> Key:
+    """Return a trial of another stratum: nulls and pairs are counted through, the rest takes its kinds in turn."""
+    if stratum in ("null", "pair"):
+        return Key(seed, stratum, stratum, number)
+    ids = [kind.id for kind in UNHEARD] if stratum == "outside" else sorted(effects)
+    return Key(seed, stratum, ids[number % len(ids)], number // len(ids))
+
+
+def drawn(key: Key, effects: Collection[str] = frozenset(kind.id for kind in LIBRARY)) -> Trial:
+    """Return the trial of a key; ``effects`` are the ids that pairs are drawn from."""
+    rng = key.rng
+    kinds = _kinds(key, rng, effects)
+    rig = drawn_rig(rng)
+    training, held_out = protocol(rig, rng)
+    for kind in kinds:
+        rig = kind.prepared(rig)
+    trial = Trial(key, rig, int(rng.integers(2**31)), training, held_out)
+    pieces = [_piece(trial, kind, rng) for kind in kinds]
+    told = tuple(Finding(k.id, k.stage, k.told(c.values)) for k, (c, _) in zip(kinds, pieces, strict=True))
+    known = key.stratum != "outside"
+    return replace(
+        trial, physics=tuple(c for c, _ in pieces), z=tuple(z for _, z in pieces), expected=told if known else (),
+        unheard=() if known else told,
+    )  # fmt: skip
+
+
+def _kinds(key: Key, rng: Rng, effects: Collection[str]) -> tuple[Kind, ...]:
+    """Return what is concealed: places and forms of an effect take turns, those of a pair are drawn."""
+    if key.stratum == "null":
+        return ()
+    if key.stratum == "pair":
+        return _pair(rng, effects)
+    variants = [kind for kind in (*LIBRARY, *UNHEARD) if kind.id == key.about]
+    return (variants[key.number % len(variants)],)
+
+
+def _pair(rng: Rng, effects: Collection[str]) -> tuple[Kind, Kind]:
+    """Return two kinds of different stages, every effect as likely as any other."""
+    ids = sorted(set(effects) - ALONE)
+    while True:
+        first, second = (_variant(rng, str(rng.choice(ids))) for _ in range(2))
+        if first.stage != second.stage and {first.id, second.id} not in ALIKE:
+            return first, second
+
+
+def _variant(rng: Rng, effect: str) -> Kind:
+    variants = [kind for kind in LIBRARY if kind.id == effect]
+    return variants[int(rng.integers(len(variants)))]
+
+
+def _piece(trial: Trial, kind: Kind, rng: Rng) -> tuple[Concealed, float]:
+    """Return physics of about the z that is drawn, as far as it can be made that strong, and the z it has."""
+    sensed = Sensed(trial)
+    values = kind.draw(rng, sensed.reach)
+    z = sensed.z_of_mean if kind.chance else sensed.z_of_spectrum if kind.spectral else sensed.z
+    wanted = between(rng, *Z[trial.key.stratum])
+    if kind.drawn:
+        concealed = Concealed(kind.law, values(1.0))
+        return concealed, z(concealed)
+    found, reached = strength(lambda s: z(Concealed(kind.law, values(s))), wanted)
+    return Concealed(kind.law, values(found)), reached
