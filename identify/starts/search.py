@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from identify.blocks import LinearBlock, Play
-from identify.chain import DELAY, Chain, simulate
+from identify.chain import DELAY, Chain, answered, simulate
 from identify.fit import Fit, fit
 from identify.model import Backlash, Model
 from identify.observe import Observation
@@ -36,6 +36,9 @@ VAGUE = 0.1  # sd of a logarithm from which a second minimum may lie near
 UNSEEN = 0.7  # share of its prior's width above which a value is not told by the data at all
 OPINIONS = 4  # fits from starts near a doubtful one
 NEAR = 0.4  # by what share those starts differ
+HOPELESS = 100.0  # of chi-squared on a coarse grid: a minimum as much higher there is not the best on a fine one
+APART = 9.0  # squared distance of two answers, in the noise of a reading: three sd of what could tell them apart
+COARSE = 2  # instants to a sample where minima are looked for: a delay needs more than one
 MEETINGS = 2  # times that poles may meet and part as a pair
 TOGETHER = 1.1  # ratio of two poles that counts as a meeting
 
@@ -117,8 +120,8 @@ def freed(chain: Chain, fixed: Sequence[str]) -> Chain:
 
 def searched(model: Model, judge: Judge, first: Fit, start: Chain) -> Fit:
     """Return the first fit, or where it fails the one that another start leads to."""
-    if judge.settled(first) and not doubtful(first) and not met(first.chain):
-        return first
+    if judge.settled(first):
+        return confirmed(model, judge, first, start)
     free = fit(freed(first.chain, model.fixed), judge.observations, None, model.fixed, PATIENCE)
     found = judge.preferred(first, free)
     if judge.at_rest(found):
@@ -138,13 +141,47 @@ def confirmed(model: Model, judge: Judge, found: Fit, start: Chain) -> Fit:
         if met(found.chain):
             again = fit(freed(found.chain, model.fixed), judge.observations, None, model.fixed, PATIENCE)
             found = _better(found, again)
-    rng = np.random.default_rng(1)
-    for k in range(OPINIONS if doubtful(found) else 0):
+    return _other_opinions(model, judge, found, start) if doubtful(found) else found
+
+
+def _other_opinions(model: Model, judge: Judge, found: Fit, start: Chain) -> Fit:
+    """Return the best of a fit and those that start near it.
+
+    They are tried on a coarse grid; only what ends in another minimum there is fitted on the fine one.
+    """
+    rng, coarse = np.random.default_rng(1), tuple(_coarser(o) for o in judge.observations)
+    known = [fit(freed(found.chain, model.fixed), coarse, None, model.fixed, PATIENCE)]
+    for k in range(OPINIONS):
         chain = around(found.chain if k % 2 else _with_borders_of(found.chain, start), model.fixed, rng, NEAR)
         if DELAY in chain.values:
             chain = chain.with_values({DELAY: start.values[DELAY] * float(np.exp(NEAR * rng.standard_normal()))})
-        found = _better(found, fit(freed(chain, model.fixed), judge.observations, None, model.fixed, PATIENCE))
+        tried = fit(freed(chain, model.fixed), coarse, None, model.fixed, PATIENCE)
+        if all(_elsewhere(tried, other, coarse) for other in known):
+            known.append(tried)
+            again = fit(freed(tried.chain, model.fixed), judge.observations, None, model.fixed, PATIENCE)
+            found = _better(found, again)
     return found
+
+
+def _coarser(observation: Observation) -> Observation:
+    """Return the observation on a coarse grid; what that leaves out is the same in all minima that lie near."""
+    if observation.substeps <= COARSE:
+        return observation
+    return replace(observation, substeps=COARSE, left_out=None)
+
+
+def _elsewhere(one: Fit, known: Fit, observations: Sequence[Observation]) -> bool:
+    """Return whether a fit ended in another minimum than a known one of the same data, and not hopelessly above it.
+
+    Minima are told by their answers: the same poles may be written in sections in several ways.
+    """
+    if not one.cost < known.cost + HOPELESS:
+        return False
+    apart = 0.0
+    for o in observations:
+        pairs = zip(*(answered(f.chain, o.trace, o.substeps) for f in (one, known)), strict=True)
+        apart += sum(float(np.sum(np.square(a - b))) for a, b in pairs) / o.noise_v**2
+    return apart > APART
 
 
 def _with_borders_of(chain: Chain, start: Chain) -> Chain:
