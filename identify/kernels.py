@@ -164,3 +164,29 @@ def clamped(knee: float, forward: bool, backward: bool, v: Array, out: Array) ->
             if abs(step) < 1e-13 * (1.0 + x):
                 break
         out[j] = x if up else -x
+
+
+@njit(error_model="numpy", cache=True)
+def play_between(lower: Array, upper: Array, w: float, out: Array) -> float:
+    """Run the play operator between two running borders from the level w; return the last. ``out`` may be one of them.
+
+    Where the borders cross, the upper one holds.
+    """
+    for j in range(lower.size):
+        w = min(max(w, lower[j]), upper[j])
+        out[j] = w
+    return w
+
+
+@njit(error_model="numpy", cache=True)
+def plus_curve(first: float, step: float, rows: Array, signal: Array, out: Array) -> None:
+    """Add to every value a curve of it: cubic pieces between knots ``first + i step``, straight beyond the ends."""
+    last = rows.shape[0] - 1
+    for j in range(signal.size):
+        s = signal[j]
+        i = min(max(int(np.floor((s - first) / step)), 0), last)
+        t = s - (first + i * step)
+        if t < 0.0:
+            out[j] = s + rows[0, 0] + t * rows[0, 1]
+        else:
+            out[j] = s + rows[i, 0] + t * (rows[i, 1] + t * (rows[i, 2] + t * rows[i, 3]))

@@ -183,21 +183,39 @@ def _physics(document: Document, keys: Keys, pieces: Mapping[str, Values]) -> tu
 
 def _piece(document: Document, keys: Keys, name: str, values: Values) -> Physics:
     """Return one piece of physics; its values are read in the units its effect declares, those not given are absent."""
-    kinds = catalogue()
-    if name not in kinds:
-        raise FileError(where=document.at(*keys), **unknown("physics", name, list(kinds)))
-    kind = kinds[name]
-    stage = _choice(document, keys, values, "stage", [place.label for place in kind.places])
-    form = _choice(document, keys, values, "form", list(kind.forms))
-    units = parameter_units(Physics(name, {}, stage, form))
+    stage, form = _stage_and_form(document, keys, name, values)
     given = {key: value for key, value in values.items() if key not in PHYSICS_KEYS}
+    units = parameter_units(Physics(name, given, stage, form))
     for key in given:
         if key.partition("[")[0] not in units:
             raise FileError(where=document.at(*keys, key), **unknown("parameter", key, [*units, *PHYSICS_KEYS]))
     if not given:
         raise document.error("physics without values", *keys, allowed=", ".join(units))
     read = {key: _value(document, (*keys, key), value, units[key.partition("[")[0]]) for key, value in given.items()}
-    return Physics(name, read, stage, form)
+    return _whole(document, keys, Physics(name, read, stage, form))
+
+
+def _stage_and_form(document: Document, keys: Keys, name: str, values: Values) -> tuple[str, str]:
+    """Return where a piece of physics is and in which form, empty where the file does not say."""
+    from identify.effects import choices
+    from identify.unnamed.stored import is_unnamed
+
+    if name not in catalogue() and not is_unnamed(name):
+        raise FileError(where=document.at(*keys), **unknown("physics", name, [*catalogue(), "unnamed"]))
+    form = _choice(document, keys, values, "form", list(choices(name).forms))
+    return _choice(document, keys, values, "stage", list(choices(name, form).stages)), form
+
+
+def _whole(document: Document, keys: Keys, piece: Physics) -> Physics:
+    """Return a piece of physics; raise FileError for an unnamed one that its knots do not make whole."""
+    from identify.unnamed.stored import correction_of, is_unnamed
+
+    try:
+        if is_unnamed(piece.id):
+            correction_of(piece)
+    except ValueError as error:
+        raise document.error(str(error), *keys) from error
+    return piece
 
 
 def _choice(document: Document, keys: Keys, values: Values, key: str, valid: list[str]) -> str:
@@ -225,10 +243,10 @@ def catalogue() -> "dict[str, type[Effect]]":
 
 
 def parameter_units(piece: Physics) -> dict[str, str]:
-    """Return the SI unit of every parameter of ``piece`` at its stage in its form, by the parameter's short name."""
-    from identify.effects import effect_of
+    """Return the SI unit of every value ``piece`` may have at its stage in its form, by its short name."""
+    from identify.effects import units_of
 
-    return {parameter.name.rpartition(".")[2]: parameter.unit for parameter in effect_of(piece).parameters()}
+    return units_of(piece)
 
 
 def _fixed(

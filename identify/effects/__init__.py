@@ -1,6 +1,7 @@
 """Which physics is known, and how does a model that names some of it become a chain?"""
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -10,8 +11,11 @@ from pkgutil import iter_modules
 from identify.chain import Chain, plain_chain
 from identify.effects.effect import Effect, short
 from identify.model import Model, Physics
-from identify.stage import Place
+from identify.stage import Place, Stage
 from identify.trace import Intersample
+from identify.unnamed import stored
+from identify.unnamed.correction import Correction
+from identify.unnamed.stored import KINDS, is_unnamed, kind_of, piece_of, with_unnamed
 
 GROUP = "identify.effects"
 
@@ -54,9 +58,35 @@ def effect_of(piece: Physics) -> Effect:
     return kind(place, form)
 
 
+@dataclass(frozen=True)
+class Choices:
+    """The words a model may choose among: stages and forms, the first of each where it does not say."""
+
+    stages: tuple[str, ...]
+    forms: tuple[str, ...]
+
+
+def choices(name: str, form: str = "") -> Choices:
+    """Return where a piece of physics may be and which forms it may have; ValueError for what is not known."""
+    if is_unnamed(name):
+        return Choices(tuple(place.label for place in kind_of(form).places), tuple(KINDS))
+    kind = effect_of(Physics(name, {})).__class__
+    return Choices(tuple(place.label for place in kind.places), kind.forms)
+
+
+def units_of(piece: Physics) -> dict[str, str]:
+    """Return the SI unit of every value a piece of physics may have, by short name."""
+    if is_unnamed(piece.id):
+        return stored.units_of(piece)
+    return {short(p.name): p.unit for p in effect_of(piece).parameters()}
+
+
 def with_physics(chain: Chain, physics: Iterable[Physics]) -> Chain:
     """Return ``chain`` with pieces of physics put into it; ValueError for a value an effect does not have."""
     for piece in physics:
+        if is_unnamed(piece.id):
+            chain = with_unnamed(chain, piece)
+            continue
         effect = effect_of(piece)
         known = [short(p.name) for p in effect.parameters()]
         for name in piece.values:
@@ -73,11 +103,14 @@ def chain_of(model: Model, intersample: Intersample = "held") -> Chain:
 
 def physics_in(chain: Chain) -> tuple[Physics, ...]:
     """Return the physics put into a chain, with its values."""
-    return tuple(_physics(effect, chain) for effect in chain.added if isinstance(effect, Effect))
+    pieces = (piece_of(e, chain) if isinstance(e, Correction) else _physics(e, chain) for e in chain.added)
+    return tuple(piece for piece in pieces if piece is not None)
 
 
-def _physics(effect: Effect, chain: Chain) -> Physics:
+def _physics(effect: Stage, chain: Chain) -> Physics | None:
     """Return one effect as a model keeps it, with the values some of its parameters have in single runs."""
+    if not isinstance(effect, Effect):
+        return None
     own = {p.name for p in effect.parameters()}
     values = {
         name.removeprefix(f"{effect.id}."): value

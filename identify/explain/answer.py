@@ -6,7 +6,7 @@ from dataclasses import replace
 from identify.chain import Chain, model_of
 from identify.effects import physics_in
 from identify.effects.effect import Effect, short
-from identify.explain.confirm import CONVINCING, adapted, held_out_rms, improvement
+from identify.explain.confirm import adapted, held_out_rms
 from identify.explain.explanation import (
     Explanation,
     Finding,
@@ -19,16 +19,21 @@ from identify.explain.explanation import (
     Verdict,
 )
 from identify.explain.locate import Located
+from identify.explain.prove import Proof, proven
 from identify.explain.rivals import odds
 from identify.explain.select import Bench, Hypothesis, Round
+from identify.explain.shape import shape_of
 from identify.explain.warrant import Warranted
 from identify.explain.where import acting, profile
+from identify.fit import Fit
 from identify.holdout import Split
 from identify.interval import Interval
 from identify.model import Model
 from identify.natural_units import shown, shown_interval
 from identify.observe import pooled_rms
 from identify.uncertainty.inflation import inflation
+from identify.unnamed.correction import UNNAMED, Correction
+from identify.unnamed.linear import Filter
 
 TO_THE_NOISE = 1.1  # a held-out residual below this many times the noise counts as explained
 
@@ -46,37 +51,38 @@ class Answer:
         self.noise_v = data.noise.rms_v
         self.inflation = inflation(self.better.fit.chain, bench.observations, data.noise.freedom)
         self.before_v = held_out_rms(adapted(plain.fit.chain, data.test), data.test)
-        self.after_v = held_out_rms(adapted(self.better.fit.chain, data.test), data.test)
-        self.unnamed = self._unnamed() if not self.better.effects else None
+        self.named_v = held_out_rms(adapted(self.better.fit.chain, data.test), data.test)
+        self.proof = proven(self.beyond, data.test) if self.named_v > TO_THE_NOISE * self.noise_v else None
+        self.after_v = self.proof.held_out_v if self.proof else self.named_v
+        self.improved = self.proof.hypothesis if self.proof else self.better
 
     @property
     def verdict(self) -> Verdict:
         """Return one of the four verdicts."""
         if self.better.effects:
-            return "explained" if self.after_v <= TO_THE_NOISE * self.noise_v else "partly_explained"
+            return "explained" if self.named_v <= TO_THE_NOISE * self.noise_v else "partly_explained"
         if self.beyond.significant or self.before_v > TO_THE_NOISE * self.noise_v:
             return "unexplained"
         return "consistent"
 
     def explanation(self) -> Explanation:
         """Return the answer."""
-        model = replace(
-            model_of(self.better.fit.chain, self.model), noise_v=self.noise_v,
-            physics=physics_in(self.better.fit.chain),
-        )  # fmt: skip
+        chain = self.improved.fit.chain
+        model = replace(model_of(chain, self.model), noise_v=self.noise_v, physics=physics_in(chain))
         findings = tuple(self.finding(effect) for effect in self.better.effects)
         train = self.bench.observations
         before = pooled_rms([o.used_residual(self.plain.fit.chain) for o in train])
-        after = pooled_rms([o.used_residual(self.better.fit.chain) for o in train])
+        after = pooled_rms([o.used_residual(chain) for o in train])
         return Explanation(
             verdict=self.verdict, sentence=self.sentence(findings), noise=self.data.noise, mismatch_v=before,
             p_value=self.p_value, location=self.location(),
-            effects=(*findings, *([self.unnamed] if self.unnamed else [])),
+            effects=(*findings, *([self.unnamed(self.proof)] if self.proof else [])),
             training=Residuals(before, after),
             held_out=HeldOut(
-                tuple(o.trace.name for o in self.data.test), self.data.how, Residuals(self.before_v, self.after_v)
+                tuple(o.trace.name for o in self.data.test), self.data.how, Residuals(self.before_v, self.after_v),
+                self.named_v,
             ),
-            remaining=self.remaining(), model=model, plain=self.plain.fit, improved=self.better.fit,
+            remaining=self.remaining(), model=model, plain=self.plain.fit, improved=self.improved.fit,
             train=train, test=self.data.test, profiles=self.profiles(), warnings=tuple(self.warnings()),
         )  # fmt: skip
 
@@ -140,23 +146,27 @@ class Answer:
         also = f"; a correction at {listed(list(others))} would do nearly as well" if others else ""
         return Location(correction.place.label, ranges, f"{_described(self.beyond)}{also}.", others)
 
-    def _unnamed(self) -> Finding | None:
-        """Return the finding without a name, when a correction proves itself on held-out data."""
-        if not self.beyond.significant:
-            return None
-        correction, fitted = self.beyond.fitted[0]
-        test = self.data.test
-        with_it = adapted(fitted.fit.chain, test)
-        if improvement(with_it, adapted(self.plain.fit.chain, test), test) < CONVINCING:
-            return None
-        after = held_out_rms(with_it, test)
+    def unnamed(self, proof: Proof) -> Finding:
+        """Return the finding without a name: where it is, what it looks like, how much it would help."""
+        correction, fit = proof.correction, proof.hypothesis.fit
+        beside = "Beside what is named, " if self.better.effects else ""
         return Finding(
-            "unnamed", correction.place.label, "", 1.0 - self.beyond.p_value, {},
-            f"a free-form correction along {correction.axis}: {correction.kind}",
-            f"{_described(self.beyond)}; on held-out data it lowers the residual from {shown(self.before_v, 'V', 3)} "
-            f"to {shown(after, 'V', 3)}. No physics in the catalogue explains this shape.",
-            (), None,
+            UNNAMED, correction.place.label, correction.form, 1.0 - self.beyond.p_value, self.weights(correction, fit),
+            correction.equation,
+            f"{beside}{_described(self.beyond)}; on held-out data it lowers the residual from "
+            f"{shown(self.named_v, 'V', 3)} to {shown(proof.held_out_v, 'V', 3)}. No physics in the catalogue explains "
+            "this shape.",
+            (), None, shape_of(correction, fit, self.bench.observations),
         )  # fmt: skip
+
+    def weights(self, correction: Correction, fit: Fit) -> dict[str, tuple[Interval, str]]:
+        """Return the weights of a correction that no curve shows, with intervals and units, by short name."""
+        if correction.curved or correction.local or isinstance(correction, Filter):
+            return {}
+        return {
+            short(p.name): (Interval(fit.chain.values[p.name], *fit.ci95(p.name, self.inflation)), p.unit)
+            for p in correction.parameters()
+        }  # fmt: skip
 
     def remaining(self) -> Remaining:
         """Return what the better model leaves on held-out data."""
@@ -172,7 +182,7 @@ class Answer:
         axes = [effect.axis for effect in self.better.effects]
         axes += [self.beyond.best.axis] if self.beyond.significant else []
         axes += ["level of w", "clock time"]
-        train, before, after = self.bench.observations, self.plain.fit.chain, self.better.fit.chain
+        train, before, after = self.bench.observations, self.plain.fit.chain, self.improved.fit.chain
         made = [profile(axis, before, after, train) for axis in dict.fromkeys(axes)]
         return tuple(p for p in made if p is not None)
 
@@ -187,7 +197,7 @@ class Answer:
             return f"The mismatch is explained by {names}: the held-out residual falls from {times} to {after}."
         if self.verdict == "partly_explained":
             return f"{names} explains part of the mismatch: the held-out residual falls from {times} to {after}."
-        if self.unnamed is None and not self.beyond.significant:
+        if self.proof is None and not self.beyond.significant:
             return f"Held-out runs differ by {times}, the others agree: they show something the others do not excite."
         return f"The recordings differ from the simulation by {times}, and no known physics explains it."
 

@@ -1,301 +1,106 @@
-"""Which corrections say where a mismatch enters, without saying what it is?
+"""Which corrections of free form say where a mismatch enters, without saying what it is?
 
-A correction is a stage with free-form parameters: a map of a level, a filter, wider plays, a table over the clock. It
-is the most that any physics of its kind at its place could explain, so it locates what has no name, and it judges a
-name: physics that explains much less than the correction at the same place and along the same axis is the wrong one.
+A correction is the most that any physics of its kind at its place could explain, so it locates what has no name, and it
+judges a name: physics that explains much less than the correction at the same place is the wrong one.
 """
 
-from abc import abstractmethod
 from collections.abc import Iterator
-from dataclasses import dataclass, field
-from typing import ClassVar
+from dataclasses import replace
 
 import numpy as np
 
-from identify.blocks import Play, run_linear
+from identify.blocks import LinearBlock, Play
 from identify.chain import Chain
-from identify.discretise import stepper
 from identify.evidence import Evidence
-from identify.kernels import play
-from identify.stage import Block, Grid, Parameter, Place, Run, Shape, Stage, Values
-from identify.trace import Array
-
-KNOTS = 12
-DAMPING = 0.3  # of the resonances in a free-form filter
-GAPS = (0.04, 0.1, 0.2, 0.4)  # of the range of w: how much wider the further plays of a hysteresis are
-
-
-@dataclass(frozen=True)
-class Correction(Stage):
-    """Something added to the signal at a place: the sum of ``size`` shapes, each times its parameter in V."""
-
-    place: Place
-    name: str = "correction"
-    size: int = 0
-    kind: ClassVar[str]  # what it is, as a sentence needs it
-
-    @property
-    @abstractmethod
-    def axis(self) -> str:
-        """Return the coordinate along which it acts."""
-
-    def parameters(self) -> tuple[Parameter, ...]:
-        """Return the weights of the shapes."""
-        return tuple(Parameter(f"{self.name}.{i}", "V") for i in range(self.size))
-
-    @property
-    def absent(self) -> dict[str, float]:
-        """Return the weights that change nothing, by full name."""
-        return {p.name: 0.0 for p in self.parameters()}
-
-    def put_in(self, chain: Chain) -> Chain:
-        """Return ``chain`` with this correction in it, still without effect."""
-        return chain.with_stage(self, self.absent)
-
-    def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
-        """Return the running sum; absent weights cost nothing."""
-        if not any(values):
-            return (lambda block: block.signal), shape
-        return self.summed(values, grid, shape), shape
-
-    @abstractmethod
-    def summed(self, values: Values, grid: Grid, shape: Shape) -> Run:
-        """Return the running signal plus the weighted shapes."""
-
-
-@dataclass(frozen=True)
-class LevelMap(Correction):
-    """A free-form memoryless law: straight between knots over the level of the signal."""
-
-    knots: tuple[float, ...] = ()
-    kind = "a memoryless law"
-
-    @property
-    def axis(self) -> str:
-        """Return the level of the signal at the place."""
-        return {Place.SOURCE: "level of u", Place.F: "level of w"}.get(self.place, "level of y")
-
-    def summed(self, values: Values, grid: Grid, shape: Shape) -> Run:
-        """Return the signal plus the interpolated correction."""
-        return lambda block: block.signal + np.interp(block.signal, self.knots, values)
-
-
-@dataclass(frozen=True)
-class RateMap(Correction):
-    """A free-form law of how fast the signal moves, in V/s."""
-
-    knots: tuple[float, ...] = ()
-    kind = "a law of the rate of change"
-
-    @property
-    def axis(self) -> str:
-        """Return the coordinate."""
-        return "rate of w"
-
-    def summed(self, values: Values, grid: Grid, shape: Shape) -> Run:
-        """Return the signal plus the correction at its rate of change."""
-        last: float | None = None
-
-        def run(block: Block) -> Array:
-            nonlocal last
-            rate = np.diff(block.signal, prepend=block.signal[0] if last is None else last) / grid.step_s
-            last = float(block.signal[-1])
-            return np.asarray(block.signal + np.interp(rate, self.knots, values))
-
-        return run
-
-
-@dataclass(frozen=True)
-class Filter(Correction):
-    """A free-form linear block: high-passes and resonances over all time scales, none with a gain at zero frequency."""
-
-    taus_s: tuple[float, ...] = ()
-    kind = "a linear filter"
-
-    @property
-    def axis(self) -> str:
-        """Return the coordinate."""
-        return "frequency"
-
-    def summed(self, values: Values, grid: Grid, shape: Shape) -> Run:
-        """Return the signal plus the weighted high-passes s tau / (1 + s tau) and resonances."""
-        blocks = [run_linear(stepper(num, den, grid.step_s, "ramp")) for num, den in self._shapes()]
-        used = [(weight, block) for weight, block in zip(values, blocks, strict=True) if weight]
-
-        def run(block: Block) -> Array:
-            out = block.signal.copy()
-            for weight, shaped in used:
-                out += weight * shaped(block)
-            return out
-
-        return run
-
-    def _shapes(self) -> list[tuple[tuple[float, ...], tuple[float, ...]]]:
-        """Return numerators and denominators: a real pole and a damped pair at every time scale."""
-        real = [((tau, 0.0), (tau, 1.0)) for tau in self.taus_s]
-        pairs = [((tau, 0.0), (tau**2, 2.0 * DAMPING * tau, 1.0)) for tau in self.taus_s]
-        return [*real, *pairs]
-
-
-@dataclass(frozen=True)
-class Bypass(Correction):
-    """A free-form linear path from the generator past the circuit: u and lags of u."""
-
-    taus_s: tuple[float, ...] = ()
-    kind = "a path past the circuit"
-
-    @property
-    def axis(self) -> str:
-        """Return the coordinate."""
-        return "level of u"
-
-    def summed(self, values: Values, grid: Grid, shape: Shape) -> Run:
-        """Return the signal plus the weighted copies of the source voltage."""
-        lags = [run_linear(stepper((1.0,), (tau, 1.0), grid.step_s, "ramp")) for tau in self.taus_s]
-
-        def run(block: Block) -> Array:
-            bare = Block(block.source, block.source, block.first, block.grid)
-            copies = [block.source, *(lag(bare) for lag in lags)]
-            return np.asarray(block.signal + sum(a * copy for a, copy in zip(values, copies, strict=True)))
-
-        return run
-
-
-@dataclass(frozen=True)
-class Hysteresis(Correction):
-    """Further plays, each wider than F's, so that turning points other than F's matter (Prandtl-Ishlinskii)."""
-
-    half_gaps_v: tuple[float, ...] = ()
-    kind = "a second, wider hysteresis"
-
-    @property
-    def axis(self) -> str:
-        """Return the coordinate."""
-        return "branch"
-
-    def summed(self, values: Values, grid: Grid, shape: Shape) -> Run:
-        """Return the signal plus the weighted plays."""
-        levels = [0.0] * len(self.half_gaps_v)
-
-        def run(block: Block) -> Array:
-            out = block.signal.copy()
-            wider = np.empty_like(out)
-            for i, (weight, r) in enumerate(zip(values, self.half_gaps_v, strict=True)):
-                levels[i] = play(1.0, r, 1.0, -r, levels[i], block.signal, wider)
-                out += weight * (wider - block.signal)
-            return out
-
-        return run
-
-
-@dataclass(frozen=True)
-class Plateau(Correction):
-    """A free-form flow on plateaus: while the signal rests, it creeps at a rate that depends on its level, V/s."""
-
-    knots: tuple[float, ...] = ()
-    rest_v: float = field(default=1e-9)
-    kind = "a creep on plateaus"
-
-    @property
-    def axis(self) -> str:
-        """Return the coordinate."""
-        return "time on a plateau"
-
-    def summed(self, values: Values, grid: Grid, shape: Shape) -> Run:
-        """Return the signal plus what has crept since it last moved."""
-        last, crept = 0.0, 0.0
-
-        def run(block: Block) -> Array:
-            nonlocal last, crept
-            moved = np.abs(np.diff(block.signal, prepend=last)) > self.rest_v
-            creep = np.interp(block.signal, self.knots, values) * grid.step_s
-            total = crept + np.cumsum(np.where(moved, 0.0, creep))
-            since = np.maximum.accumulate(np.where(moved, np.arange(moved.size), -1))
-            base = np.where(since >= 0, total[since], 0.0)
-            out = block.signal + total - base
-            last, crept = float(block.signal[-1]), float(total[-1] - base[-1])
-            return np.asarray(out)
-
-        return run
-
-
-@dataclass(frozen=True)
-class ClockMap(Correction):
-    """A free-form table over clock time, added to the signal or multiplying it."""
-
-    knots: tuple[float, ...] = ()
-    times: bool = False
-    kind = "a table over the clock"
-
-    @property
-    def axis(self) -> str:
-        """Return the coordinate."""
-        return "clock time"
-
-    def summed(self, values: Values, grid: Grid, shape: Shape) -> Run:
-        """Return the signal plus the table, or times one plus the table."""
-
-        def run(block: Block) -> Array:
-            table = np.interp(block.time_s(), self.knots, values)
-            return np.asarray(block.signal + (block.signal * table if self.times else table))
-
-        return run
-
-
-@dataclass(frozen=True)
-class Line(Correction):
-    """A free line: one frequency, amplitude and phase of its own in every run."""
-
-    frequency_hz: float = 0.0
-    kind = "a line free of the stimulus"
-
-    @property
-    def axis(self) -> str:
-        """Return the coordinate."""
-        return "mains lines"
-
-    def parameters(self) -> tuple[Parameter, ...]:
-        """Return the two components, in V, of every run."""
-        return tuple(Parameter(f"{self.name}.{i}", "V", local=True) for i in range(2))
-
-    def summed(self, values: Values, grid: Grid, shape: Shape) -> Run:
-        """Return the signal plus the line."""
-
-        def run(block: Block) -> Array:
-            count = np.arange(block.first, block.first + block.signal.size)
-            turn = 2.0 * np.pi * self.frequency_hz * grid.step_s * count
-            return np.asarray(block.signal + values[0] * np.sin(turn) + values[1] * np.cos(turn))
-
-        return run
+from identify.stage import Place
+from identify.unnamed.correction import UNNAMED, Correction
+from identify.unnamed.linear import Bypass, Filter, Line, SlowFilter
+from identify.unnamed.maps import ClockMap, GainMap, LevelMap, RateMap
+from identify.unnamed.memory import BorderMap, GapOverClock, GapOverRate, Hysteresis, Plateau
+
+KNOTS = 10  # of a map of the level where it is one of many: with more, each run has levels of its own
+FINE = 16  # of one that is fitted
+TAUS = 6  # time constants of a filter
+CLOCK = 6
+GAPS = (0.01, 0.03, 0.08, 0.2, 0.4)  # of the range of a signal: the half gaps of a second hysteresis
+SLOWER = 2.0  # than the slowest time constant of the chain: where creep begins and the filters of G1 and G2 end
 
 
 def corrections(evidence: Evidence) -> Iterator[Correction]:
     """Yield every correction that makes sense for the chain and the data."""
-    longest_s = max(o.trace.size for o in evidence.observations) * evidence.sample_s
-    taus = tuple(np.geomspace(0.5 * evidence.sample_s, 0.3 * longest_s, 8).tolist())
-    level = {place: _spread(*evidence.range(place)) for place in Place}
-    yield from (LevelMap(place, size=KNOTS, knots=level[place]) for place in (Place.SOURCE, Place.F, Place.SENSE))
-    yield from (Filter(place, size=2 * len(taus), taus_s=taus) for place in (Place.G1, Place.G2))
-    yield Bypass(Place.SENSE, size=4, taus_s=taus[1:7:2])
-    rates = evidence.rates(Place.F)
-    yield RateMap(Place.F, size=len(rates), knots=rates)
-    yield from _clock_maps(evidence)
-    yield Line(Place.SENSE, size=2, frequency_hz=evidence.strongest_line_hz)
-    if evidence.chain.stage_of(Play) is not None:
-        width = level[Place.F][-1] - level[Place.F][0]
-        yield Hysteresis(Place.F, size=len(GAPS), half_gaps_v=tuple(share * width for share in GAPS))
-        yield Plateau(Place.F, size=6, knots=tuple(np.linspace(level[Place.F][0], level[Place.F][-1], 6).tolist()))
+    name = free_name(evidence.chain)
+    for correction in (*_laws(evidence, name), *_linear(evidence, name), *_memories(evidence, name)):
+        if correction.applicable(evidence.chain):
+            yield correction
 
 
-def _clock_maps(evidence: Evidence) -> Iterator[Correction]:
-    """Yield tables over the clock, added and multiplied."""
+def free_name(chain: Chain) -> str:
+    """Return the name of a further correction: ``unnamed``, or ``unnamed_2`` ... where the chain has one."""
+    taken = {stage.name for stage in chain.added}
+    return UNNAMED if UNNAMED not in taken else f"{UNNAMED}_{sum(t.startswith(UNNAMED) for t in taken) + 1}"
+
+
+def _laws(evidence: Evidence, name: str) -> Iterator[Correction]:
+    """Yield laws of level, rate and clock."""
+    remembers = evidence.chain.stage_of(Play) is not None  # else a map of v is one of w
+    for place in (Place.F, Place.SENSE, Place.SOURCE, *([Place.G1] if remembers else [])):
+        yield LevelMap(place, level_knots(evidence, place, KNOTS), name)
+    yield RateMap(Place.F, evidence.rates(Place.F), name)
+    clock = clock_knots(evidence)
+    for place in (Place.G1, Place.SENSE):
+        yield ClockMap(place, clock, name)
+        yield GainMap(place, clock, name)
+
+
+def _linear(evidence: Evidence, name: str) -> Iterator[Correction]:
+    """Yield filters at the time constants of the circuit and beyond, a path past the circuit, and lines."""
+    slowest, longest = SLOWER * slowest_s(evidence), 0.5 * max(o.trace.size for o in evidence.observations)
+    fast = tuple(np.geomspace(0.5 * evidence.sample_s, max(slowest, evidence.sample_s), TAUS).tolist())
+    slow = tuple(np.geomspace(2.0 * slowest, max(longest * evidence.sample_s, 4.0 * slowest), TAUS).tolist())
+    yield from (Filter(place, fast, name) for place in (Place.G1, Place.G2))
+    yield from (SlowFilter(place, slow, name) for place in (Place.SOURCE, Place.SENSE))
+    yield Bypass(Place.SENSE, (0.0, *fast[1::2]), name)
+    yield from (Line(place, (evidence.strongest_line_hz,), name) for place in (Place.SENSE, Place.G1))
+
+
+def _memories(evidence: Evidence, name: str) -> Iterator[Correction]:
+    """Yield what changes the hysteresis."""
+    yield BorderMap(Place.F, level_knots(evidence, Place.G1, KNOTS), name)
+    speeds = tuple(rate for rate in evidence.rates(Place.G1) if rate >= 0.0)
+    yield GapOverRate(Place.F, speeds, name)
+    yield GapOverClock(Place.F, clock_knots(evidence), name)
+    for place in (Place.F, Place.SENSE):
+        low, high = evidence.range(place)
+        yield Hysteresis(place, tuple(share * max(high - low, 1e-9) for share in GAPS), name)
+    yield Plateau(Place.F, level_knots(evidence, Place.F, 5), name)
+
+
+def sharpened(evidence: Evidence, correction: Correction) -> Correction:
+    """Return a map of the level with the knots it is fitted with; any other correction as it is."""
+    if correction.form != LevelMap.form or correction.place == Place.SOURCE:
+        return correction
+    return replace(correction, knots=level_knots(evidence, correction.place, FINE))
+
+
+def level_knots(evidence: Evidence, place: Place, count: int) -> tuple[float, ...]:
+    """Return evenly spaced knots over the range of the signal behind a place, V."""
+    low, high = evidence.range(place)
+    margin = 1e-3 * (high - low) + 1e-9
+    return tuple(np.linspace(low - margin, high + margin, count).tolist())
+
+
+def clock_knots(evidence: Evidence) -> tuple[float, ...]:
+    """Return knots from the first to the last sample of all runs, s."""
     starts = [o.trace.start_s for o in evidence.observations]
     ends = [o.trace.start_s + o.trace.size * evidence.sample_s for o in evidence.observations]
-    knots = tuple(np.linspace(min(starts), max(ends), 6).tolist())
-    yield from (ClockMap(Place.SENSE, size=6, knots=knots, times=times) for times in (False, True))
+    return tuple(np.linspace(min(starts), max(ends), CLOCK).tolist())
 
 
-def _spread(low: float, high: float) -> tuple[float, ...]:
-    """Return knots over a range."""
-    margin = 1e-3 * (high - low) + 1e-9
-    return tuple(np.linspace(low - margin, high + margin, KNOTS).tolist())
+def slowest_s(evidence: Evidence) -> float:
+    """Return the slowest time constant of G1 and G2 as fitted, s; a sample where they have none."""
+    chain, slowest = evidence.chain, evidence.sample_s
+    for stage in chain.stages:
+        if isinstance(stage, LinearBlock):
+            poles = np.roots(stage.rational(tuple(chain.values[p.name] for p in stage.parameters())).den)
+            slowest = max([slowest, *(1.0 / abs(float(pole.real)) for pole in poles if pole.real)])
+    return slowest

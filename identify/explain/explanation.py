@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
+from identify.explain.shape import Shape
 from identify.fit import Fit
 from identify.interval import Interval, number
 from identify.model import Model
@@ -78,7 +79,10 @@ class Alternative:
 
 @dataclass(frozen=True)
 class Finding:
-    """One piece of missing physics; ``id`` is ``unnamed`` when its place and shape are proven but no name is."""
+    """One piece of missing physics; ``id`` is ``unnamed`` when its place and shape are proven but no name is.
+
+    ``shape`` draws what an unnamed one adds, where a curve can.
+    """
 
     id: str
     stage: str
@@ -89,6 +93,7 @@ class Finding:
     sentence: str
     could_also_be: tuple[Alternative, ...]
     would_separate: str | None
+    shape: Shape | None = None
 
     def to_dict(self) -> dict[str, object]:
         """Return the form of the charter."""
@@ -97,6 +102,7 @@ class Finding:
             "parameters": {name: interval.to_dict(unit) for name, (interval, unit) in self.parameters.items()},
             "equation": self.equation, "sentence": self.sentence,
             "could_also_be": [other.to_dict() for other in self.could_also_be], "would_separate": self.would_separate,
+            "shape": self.shape.to_dict() if self.shape else None,
         }  # fmt: skip
 
 
@@ -110,11 +116,15 @@ class Residuals:
 
 @dataclass(frozen=True)
 class HeldOut:
-    """The proof: residuals on data used neither for fitting nor for choosing. ``how`` says which data those are."""
+    """The proof: residuals on data used neither for fitting nor for choosing. ``how`` says which data those are.
+
+    ``named_v`` is what the named physics alone leaves: more than the improved model where that has an unnamed part.
+    """
 
     runs: tuple[str, ...]
     how: str
     residuals: Residuals
+    named_v: float
 
 
 @dataclass(frozen=True)
@@ -165,7 +175,7 @@ class Explanation:
                 "training": {"before": number(self.training.before_v), "after": number(self.training.after_v)},
                 "held_out": {
                     "runs": list(held.runs), "how": held.how, "before": number(held.residuals.before_v),
-                    "after": number(held.residuals.after_v), "noise": number(noise),
+                    "named": number(held.named_v), "after": number(held.residuals.after_v), "noise": number(noise),
                 },
             },
             "remaining": {

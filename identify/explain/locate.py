@@ -1,53 +1,95 @@
-"""At which stage, and along which coordinate, does what the chain cannot explain enter?"""
+"""At which stage, and along which coordinate, does what the chain cannot explain enter?
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from math import log
+Every correction is judged on the residual to first order, the plain parameters moving with it. Its weights are taken
+as drawn from one normal distribution whose width the data choose, so that a correction of many weights has no advantage
+over one of few (MacKay, Neural Computation 4 (1992) 415). What no correction explains counts as noise. The best of
+every place is then fitted, because a large mismatch is not linear.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from math import exp
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import chi2 as chi2_distribution
 
+from identify.chain import local_name
 from identify.derivatives.sensitivities import DIFFERENCE
 from identify.evidence import Evidence
-from identify.explain.corrections import Correction, corrections
-from identify.explain.select import Bench, Hypothesis
+from identify.explain.corrections import corrections, sharpened
+from identify.explain.select import NOISE_KNOWN, Bench, Hypothesis
+from identify.fit import chi_squared
 from identify.stage import Place
+from identify.trace import Array
+from identify.unnamed.correction import Correction
+from identify.unnamed.linear import SlowFilter
 
-ITERATIONS = 10  # a correction is nearly linear in its weights
+ITERATIONS = 8  # a correction is nearly linear in its weights
 FITTED = 4  # corrections that are fitted; the others are judged to first order
-TIE = 0.97  # a correction that explains this much of what the best one does cannot be excluded
+WIDTHS = np.geomspace(1e-2, 1e10, 49)  # of the weights' distribution over that at which they could just be seen
+LEVEL = 1e-3  # probability of a false alarm, all corrections together
+CLOSE = 0.9  # share of the best log likelihood from which another place is fitted
+RANK = 1e-9  # eigenvalues of the weights' information below this share of the largest are not told by the data
+LIKELY = 0.05  # posterior probability from which a place is mentioned beside the best
+TEMPER = 0.05  # of a log likelihood: corrections are families near the truth, not the truth
 
 
 @dataclass(frozen=True)
 class Suspect:
-    """A correction and the fall of chi-squared it promises to first order, with its number of weights."""
+    """A correction to first order: eigenvalues of its weights' information, and the square the data give each.
+
+    ``values`` are all that solves the linear problem, weights and plain parameters, by full name.
+    """
 
     correction: Correction
-    gain: float
-    weights: int
+    information: Array
+    squares: Array
+    values: Mapping[str, float]
+
+    @cached_property
+    def gain(self) -> float:
+        """Return the fall of chi-squared."""
+        return float(np.sum(self.squares))
 
     @property
     def p_value(self) -> float:
         """Return the probability of such a gain from noise alone."""
-        return float(chi2_distribution.sf(max(self.gain, 0.0), self.weights))
+        return float(chi2_distribution.sf(max(self.gain, 0.0), max(self.squares.size, 1)))
 
-    def advantage(self, count: int) -> float:
-        """Return the gain less Schwarz's price."""
-        return self.gain - self.weights * log(count)
+    def worth(self, noise: float) -> tuple[float, float]:
+        """Return the log of the likelihood ratio to no correction, and the price of the weights that is in it.
+
+        ``noise`` is the variance of what no correction explains, in units of the noise's.
+        """
+        if not self.squares.size:
+            return 0.0, 0.0
+        seen = WIDTHS[:, None] * self.information / float(np.max(self.information))
+        prices = 0.5 * np.sum(np.log1p(seen), axis=1)
+        worth = 0.5 * np.sum(self.squares / noise * seen / (1.0 + seen), axis=1) - prices
+        best = int(np.argmax(worth))
+        return float(worth[best]), float(prices[best])
 
 
 @dataclass(frozen=True)
 class Located:
-    """The corrections that explain most, fitted, best first, and the misfit without them."""
+    """The corrections that explain most, fitted, best first, and the misfit without them.
+
+    ``prices`` are what the weights of each cost, as logs of likelihoods; ``promised`` is the share of the misfit that
+    the best correction of every place promises to first order.
+    """
 
     base: Hypothesis
     fitted: tuple[tuple[Correction, Hypothesis], ...]
     p_value: float
+    prices: tuple[float, ...] = ()
+    promised: Mapping[Place, float] = field(default_factory=dict)
 
     @property
     def significant(self) -> bool:
-        """Return whether some correction pays for its weights: something is there."""
-        return bool(self.fitted) and self.fitted[0][1].advantage(self.base) > 0.0
+        """Return whether something is there that noise does not make."""
+        return bool(self.fitted) and self.p_value < LEVEL
 
     @property
     def best(self) -> Correction:
@@ -59,53 +101,142 @@ class Located:
         """Return which share of the misfit the best correction explains."""
         return self.fitted[0][1].share(self.base)
 
+    @cached_property
+    def places(self) -> dict[Place, float]:
+        """Return the posterior probability of every place that was fitted, the likeliest first."""
+        worth = scores(self.base, [h for _, h in self.fitted], self.prices)
+        found: dict[Place, float] = {}
+        for (correction, _), score in zip(self.fitted, worth, strict=True):
+            odds = exp(max(TEMPER * (score - max(worth)), -700.0))
+            for place in correction.same_at:
+                found[place] = max(found.get(place, 0.0), odds)
+        total = sum(found.values())
+        return dict(sorted(((place, odds / total) for place, odds in found.items()), key=lambda item: -item[1]))
+
     def alternatives(self) -> tuple[Place, ...]:
-        """Return the other places whose corrections explain nearly as much."""
-        floor = TIE * self.share
-        places = [c.place for c, h in self.fitted[1:] if h.share(self.base) > floor and c.place != self.best.place]
-        return tuple(dict.fromkeys(places))
+        """Return the other places the data do not exclude."""
+        return tuple(place for place, p in self.places.items() if p > LIKELY and place != self.best.place)
 
     def share_at(self, place: Place) -> float:
-        """Return the share of the misfit that the best correction at a place explains; 0 when none was fitted."""
-        return max((h.share(self.base) for c, h in self.fitted if c.place == place), default=0.0)
+        """Return the share of the misfit that the best correction at a place explains, to first order if not fitted."""
+        shares = [h.share(self.base) for c, h in self.fitted if c.place == place]
+        return max(shares, default=self.promised.get(place, 0.0))
+
+
+def scores(base: Hypothesis, fitted: Sequence[Hypothesis], prices: Sequence[float]) -> list[float]:
+    """Return the log of the likelihood ratio of every fitted correction to none."""
+    noise = max(1.0, min((h.chi2 / h.count for h in fitted), default=1.0))
+    return [0.5 * (base.chi2 - h.chi2) / noise - price for h, price in zip(fitted, prices, strict=True)]
 
 
 def suspects(evidence: Evidence) -> list[Suspect]:
-    """Return every correction with its promise to first order, the most telling first."""
-    found = []
-    for correction in corrections(evidence):
-        gain, weights = _promise(evidence, correction)
-        found.append(Suspect(correction, gain, weights))
-    return sorted(found, key=lambda s: -s.advantage(evidence.residual.size))
+    """Return every correction with its promise to first order, the likeliest first."""
+    found = [_placed(suspect(evidence, correction)) for correction in corrections(evidence)]
+    noise = unexplained(evidence, found)
+    return sorted(found, key=lambda s: -s.worth(noise)[0])
 
 
-def _promise(evidence: Evidence, correction: Correction) -> tuple[float, int]:
-    """Return how far chi-squared falls when all weights of a correction and the plain parameters move together."""
-    chain = correction.put_in(evidence.chain)
-    names = [p.name for p in correction.parameters()]
-    step = evidence.observations[0].noise_v
-    columns = np.array([evidence.change(chain.with_values({name: step})) for name in names])
-    if any(p.local for p in correction.parameters()):
-        columns = np.concatenate([np.where(mask, columns, 0.0) for mask in evidence.masks])
-    columns = columns[np.any(np.abs(columns) > DIFFERENCE, axis=1)]
-    if columns.size == 0 or not np.all(np.isfinite(columns)):
-        return 0.0, 1
+def unexplained(evidence: Evidence, found: Sequence[Suspect]) -> float:
+    """Return the variance of what no correction explains, in units of the noise's, at least one."""
+    left = evidence.left - max((s.gain for s in found), default=0.0)
+    return max(1.0, left / evidence.residual.size)
+
+
+def suspect(evidence: Evidence, correction: Correction) -> Suspect:
+    """Return what a correction promises when all its weights and the plain parameters move together."""
+    names, columns = _columns(evidence, correction)
+    kept = np.any(np.abs(columns) > DIFFERENCE, axis=1) & np.all(np.isfinite(columns), axis=1)
+    if not kept.any():
+        return Suspect(correction, np.empty(0), np.empty(0), {})
+    names, columns = [n for n, keep in zip(names, kept, strict=True) if keep], columns[kept]
     free = evidence.without_plain(columns)
-    matrix, right = free @ free.T, free @ evidence.without_plain(evidence.residual[None, :])[0]
-    solution = np.linalg.pinv(matrix, rcond=1e-9, hermitian=True) @ right
-    return float(right @ solution), len(columns)
+    values, vectors = np.linalg.eigh(free @ free.T)
+    seen = values > RANK * values[-1]
+    pulls = vectors[:, seen].T @ (free @ evidence.residual)
+    weights = vectors[:, seen] @ (pulls / values[seen])
+    moved = _moved(evidence, evidence.residual - weights @ columns)
+    solved = {**moved, **dict(zip(names, weights.tolist(), strict=True))}
+    return Suspect(correction, values[seen], pulls**2 / values[seen], solved)
+
+
+def _moved(evidence: Evidence, residual: Array) -> dict[str, float]:
+    """Return the values of the fitted parameters, by full name, once they have moved to explain a residual."""
+    fit, slopes = evidence.fitted, evidence.slopes
+    prior = np.diag([c.prior_sd**-2.0 for c in fit.coordinates])
+    there = fit.theta + np.linalg.solve(slopes @ slopes.T + prior, slopes @ residual)
+    bounded = [float(np.clip(t, -c.bound, c.bound)) for t, c in zip(there, fit.coordinates, strict=True)]
+    return {c.name: c.value(t) for t, c in zip(bounded, fit.coordinates, strict=True)}
+
+
+def _columns(evidence: Evidence, correction: Correction) -> tuple[list[str], NDArray[np.float64]]:
+    """Return the names of all weights, and the change of the answer by a unit of each, in units of the noise."""
+    chain, step = correction.put_in(evidence.chain), evidence.observations[0].noise_v
+    names = [p.name for p in correction.parameters()]
+    columns = np.array([evidence.change(chain.with_values({name: step})) for name in names]) / step
+    if not correction.local:
+        return names, columns
+    runs = [o.trace.name for o in evidence.observations]
+    each = [np.where(mask, columns, 0.0) for mask in evidence.masks]
+    return [local_name(name, run) for run in runs for name in names], np.concatenate(each)
+
+
+def _placed(found: Suspect) -> Suspect:
+    """Return a slow filter behind F at the stage whose physics does what it does, which no data can tell.
+
+    What goes on in the direction of a step is the creep of a capacitor that holds, what sags back is a coupling.
+    """
+    if found.correction.form != SlowFilter.form or found.correction.place != Place.SENSE:
+        return found
+    creeps = sum(found.values.get(p.name, 0.0) for p in found.correction.parameters()) < 0.0
+    return replace(found, correction=replace(found.correction, place=Place.F)) if creeps else found
 
 
 def located(bench: Bench, base: Hypothesis) -> Located:
-    """Fit the corrections that promise most on top of a hypothesis."""
+    """Fit the corrections that promise most on top of a hypothesis, the best of each of several places."""
     evidence = Evidence(base.fit, bench.observations)
     ranked = suspects(evidence)
-    p_value = min((len(ranked) * s.p_value for s in ranked), default=1.0)
-    worth = [s.correction for s in ranked if s.advantage(base.count) > 0.0][:FITTED]
-    fitted = [(c, bench.fitted(c.put_in(base.fit.chain), base.effects, ITERATIONS)) for c in worth]
-    return Located(base, tuple(_by_misfit(fitted)), min(p_value, 1.0))
+    p_value = min(min((len(ranked) * s.p_value for s in ranked), default=1.0), 1.0)
+    if p_value >= LEVEL:
+        return Located(base, (), p_value)
+    noise = unexplained(evidence, ranked)
+    worth = [finer(evidence, s) for s in contenders(ranked, noise)]
+    fitted = [(s.correction, fitted_from(bench, base, s)) for s in worth]
+    prices = [s.worth(noise)[1] for s in worth]
+    order = np.argsort([-score for score in scores(base, [h for _, h in fitted], prices)], kind="stable")
+    return Located(
+        base, tuple(fitted[i] for i in order), p_value, tuple(prices[i] for i in order), _promised(ranked, base)
+    )
 
 
-def _by_misfit(fitted: Sequence[tuple[Correction, Hypothesis]]) -> list[tuple[Correction, Hypothesis]]:
-    """Return the fitted corrections by Schwarz's criterion."""
-    return sorted(fitted, key=lambda pair: pair[1].count * log(pair[1].chi2) + pair[1].parameters * log(pair[1].count))
+def contenders(ranked: Sequence[Suspect], noise: float) -> list[Suspect]:
+    """Return what is worth a fit: of every place the best, and of the best place the second, if close enough."""
+    worth = [s.worth(noise)[0] for s in ranked]
+    close = [s for s, value in zip(ranked, worth, strict=True) if value > max(CLOSE * worth[0], 0.0)]
+    first: dict[Place, Suspect] = {}
+    for s in close:
+        first.setdefault(s.correction.place, s)
+    second = [s for s in close if s.correction.place == close[0].correction.place][1:2] if close else []
+    return [*first.values(), *second][:FITTED] if close else list(ranked[:1])
+
+
+def finer(evidence: Evidence, found: Suspect) -> Suspect:
+    """Return a suspect with the knots with which its correction is fitted."""
+    sharper = sharpened(evidence, found.correction)
+    return found if sharper is found.correction else suspect(evidence, sharper)
+
+
+def fitted_from(bench: Bench, base: Hypothesis, found: Suspect) -> Hypothesis:
+    """Fit a correction on top of a hypothesis, from what solves the linear problem where that helps."""
+    still = found.correction.put_in(base.fit.chain)
+    solved = still.with_values(found.values)
+    helps = sum(chi_squared(solved, o) for o in bench.observations) < base.chi2
+    return bench.fitted(solved if helps else still, base.effects, ITERATIONS)
+
+
+def _promised(ranked: Sequence[Suspect], base: Hypothesis) -> dict[Place, float]:
+    """Return the largest share of the misfit that the corrections of every place promise."""
+    beyond = max(base.chi2 - base.count, NOISE_KNOWN * base.count)
+    found: dict[Place, float] = {}
+    for s in ranked:
+        found[s.correction.place] = max(found.get(s.correction.place, 0.0), s.gain / beyond)
+    return found

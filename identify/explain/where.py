@@ -15,7 +15,8 @@ MOST = 0.95  # share of an effect's energy that the stretch reported must hold
 SPECTRAL = ("frequency", "mains lines")
 FAINT = 0.2  # of its largest value: where a change below the noise everywhere counts as seen
 LEAST = 0.05  # share of the energy below which a side of a level axis is not mentioned
-UNITS = {"frequency": "Hz", "clock time": "s", "time on a plateau": "s", "mains lines": "Hz", "rate of w": "V/s"}
+UNITS = {"frequency": "Hz", "clock time": "s", "time on a plateau": "s", "mains lines": "Hz"}
+UNITS |= {f"rate of {signal}": "V/s" for signal in "vwxy"}
 
 
 def coordinate(axis: str, chain: Chain, observation: Observation) -> Array:
@@ -26,14 +27,17 @@ def coordinate(axis: str, chain: Chain, observation: Observation) -> Array:
     if axis == "level of u":
         return trace.u[:]
     taps = signals(chain, trace)
-    if axis == "level of y":
-        return taps[-1]
-    w = taps[_tap_of_w(chain)]
     if axis == "time on a plateau":
-        return _age(_inside(chain, taps[chain.index(Place.G1) - 1], w)) / trace.rate_hz
-    if axis == "rate of w":
-        return np.diff(w, prepend=w[:1]) * trace.rate_hz
-    return w
+        v, w = (_tap(chain, taps, signal) for signal in "vw")
+        return _age(_inside(chain, v, w)) / trace.rate_hz
+    level = _tap(chain, taps, axis[-1])
+    return np.diff(level, prepend=level[:1]) * trace.rate_hz if axis.startswith("rate of") else level
+
+
+def _tap(chain: Chain, taps: Sequence[Array], signal: str) -> Array:
+    """Return v, w, x or y; w is what F itself makes, before physics put behind it."""
+    places = {"v": Place.G1, "x": Place.G2, "y": Place.SENSE}
+    return taps[chain.index(places[signal]) - 1] if signal in places else taps[_tap_of_w(chain)]
 
 
 def _inside(chain: Chain, v: Array, w: Array) -> Mask:

@@ -5,8 +5,7 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from identify.effects import catalogue, effect_of
-from identify.effects.effect import short
+from identify.effects import catalogue, choices, units_of
 from identify.explain.explanation import Explanation, Finding, HeldOut, Range, Verdict
 from identify.identifiability.directions import undetermined
 from identify.identification import FrequencyPoint, Identification
@@ -18,6 +17,7 @@ from identify.page import pictures
 from identify.page.border_picture import borders
 from identify.page.drawing import AFTER, BEFORE, Picture, page_style
 from identify.page.pictures import Answer
+from identify.unnamed.stored import AT, is_unnamed
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -188,11 +188,15 @@ def block_note(found: Identification, name: str) -> str:
 
 def physics_lines(model: Model) -> list[tuple[str, str, str]]:
     """Return every piece of physics in a model: its id, its stage, its values in natural units."""
-    return [(piece.id, effect_of(piece).place.label, _values(piece)) for piece in model.physics]
+    return [(piece.id, piece.stage or choices(piece.id).stages[0], _values(piece)) for piece in model.physics]
 
 
 def _values(piece: Physics) -> str:
-    units = {short(p.name): p.unit for p in effect_of(piece).parameters()}
+    """Return the values of a piece of physics; of an unnamed one, which has many, what they are."""
+    units = units_of(piece)
+    if is_unnamed(piece.id):
+        weights = [value for name, value in piece.values.items() if not name.startswith(AT)]
+        return f"{piece.form}: {len(weights)} weights, all in the model below"
     return ", ".join(f"{name} {shown(value, units[name])}" for name, value in piece.values.items() if name in units)
 
 

@@ -31,7 +31,7 @@ SEES_BOTH = {  # who may import more of identify than its plain data, and what
         "identify.planning.advice", "identify.planning.information", "identify.bent.bend", "identify.effects",
         "identify.fit", "identify.observe", "identify.harmonic.sines", "identify.starts.start",
     },
-    "rig.rigfile": {"identify.effects", "identify.bent.border"},
+    "rig.rigfile": {"identify.effects", "identify.bent.border", "identify.unnamed.stored"},
     "rig.linearblock": {"identify.discretise"},
     "rig.preview": {"identify.page.drawing"},
     "rig.narration": {"identify.observe", "identify.page.report"},

@@ -1,0 +1,31 @@
+"""Does unnamed physics hold on data used neither for fitting nor for choosing?"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from identify.explain.confirm import CONVINCING, adapted, held_out_rms, improvement
+from identify.explain.locate import Located
+from identify.explain.select import Hypothesis
+from identify.observe import Observation, refined
+from identify.unnamed.correction import Correction
+
+
+@dataclass(frozen=True)
+class Proof:
+    """A correction that makes held-out data fit better, the hypothesis with it in, and what that leaves there, V."""
+
+    correction: Correction
+    hypothesis: Hypothesis
+    held_out_v: float
+
+
+def proven(beyond: Located, test: Sequence[Observation]) -> Proof | None:
+    """Return the best correction where it proves itself on held-out data, on a grid fine enough for it."""
+    if not beyond.significant:
+        return None
+    correction, fitted = beyond.fitted[0]
+    test = [refined(o, fitted.fit.chain) for o in test]
+    with_it, without = adapted(fitted.fit.chain, test), adapted(beyond.base.fit.chain, test)
+    if improvement(with_it, without, test) < CONVINCING:
+        return None
+    return Proof(correction, fitted, held_out_rms(with_it, test))

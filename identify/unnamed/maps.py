@@ -1,0 +1,127 @@
+"""Which free-form laws act on a level, a rate or the clock?"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from identify import kernels
+from identify.stage import Block, Grid, Place, Run, Values
+from identify.trace import Array
+from identify.unnamed.correction import Correction
+
+LEVELS = {
+    Place.SOURCE: "level of u", Place.G1: "level of v", Place.F: "level of w", Place.G2: "level of x",
+    Place.SENSE: "level of y",
+}  # fmt: skip
+
+
+def spline(knots: tuple[float, ...], values: Array) -> Array:
+    """Return the natural cubic spline through evenly spaced knots, a row (4,) of ascending powers a piece.
+
+    The last row is the straight line that goes on beyond the last knot.
+    """
+    curve = CubicSpline(knots, values, bc_type="natural")
+    rows = np.zeros((len(knots), 4))
+    rows[:-1] = curve.c[::-1].T
+    rows[-1, :2] = values[-1], curve(knots[-1], 1)
+    return rows
+
+
+@dataclass(frozen=True)
+class LevelMap(Correction):
+    """A memoryless law of the signal's own level: a natural cubic spline over it, straight beyond its ends."""
+
+    form = "map of the level"
+    kind = "a memoryless law"
+    equation = "s' = s + c(s), c a cubic spline through the knots, zero at the outer ones"
+    knot_unit = "V"
+    places = tuple(Place)
+    least = 4
+    even = True
+    pinned = True
+
+    @property
+    def axis(self) -> str:
+        """Return the level of the signal at the place."""
+        return LEVELS[self.place]
+
+    def summed(self, values: Values, grid: Grid) -> Run:
+        """Return the signal plus the spline of it."""
+        rows, first, step = spline(self.knots, self.split(values)[0]), self.knots[0], self.knots[1] - self.knots[0]
+
+        def run(block: Block) -> Array:
+            out = np.empty_like(block.signal)
+            kernels.plus_curve(first, step, rows, block.signal, out)
+            return out
+
+        return run
+
+
+@dataclass(frozen=True)
+class RateMap(Correction):
+    """A law of how fast the signal moves, straight between knots."""
+
+    form = "map of the rate"
+    kind = "a law of the rate of change"
+    equation = "s' = s + c(ds/dt), c straight between the knots"
+    knot_unit = "V/s"
+    places = (Place.F, Place.SENSE)
+
+    @property
+    def axis(self) -> str:
+        """Return the rate of the signal at the place."""
+        return LEVELS[self.place].replace("level", "rate")
+
+    def summed(self, values: Values, grid: Grid) -> Run:
+        """Return the signal plus the correction at its rate of change."""
+        last: float | None = None
+
+        def run(block: Block) -> Array:
+            nonlocal last
+            rate = np.diff(block.signal, prepend=block.signal[0] if last is None else last) / grid.step_s
+            last = float(block.signal[-1])
+            return np.asarray(block.signal + np.interp(rate, self.knots, values))
+
+        return run
+
+
+@dataclass(frozen=True)
+class ClockMap(Correction):
+    """A table over clock time, added to the signal."""
+
+    form = "drift of the offset"
+    kind = "a drift of the offset"
+    equation = "s' = s + c(t), c straight between the knots, t the clock"
+    knot_unit = "s"
+    places = (Place.G1, Place.F, Place.SENSE)
+
+    @property
+    def axis(self) -> str:
+        """Return the coordinate."""
+        return "clock time"
+
+    def summed(self, values: Values, grid: Grid) -> Run:
+        """Return the signal plus the table."""
+        return lambda block: np.asarray(block.signal + np.interp(block.time_s(), self.knots, values))
+
+
+@dataclass(frozen=True)
+class GainMap(Correction):
+    """A table over clock time, by which the signal grows."""
+
+    form = "drift of the gain"
+    kind = "a drift of the gain"
+    equation = "s' = s (1 + c(t)), c straight between the knots, t the clock"
+    knot_unit = "s"
+    weights = (("grow", "V/V"),)
+    places = (Place.G1, Place.F, Place.SENSE)
+
+    @property
+    def axis(self) -> str:
+        """Return the coordinate."""
+        return "clock time"
+
+    def summed(self, values: Values, grid: Grid) -> Run:
+        """Return the signal times one plus the table."""
+        return lambda block: np.asarray(block.signal * (1.0 + np.interp(block.time_s(), self.knots, values)))

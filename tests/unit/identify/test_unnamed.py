@@ -1,0 +1,123 @@
+"""Is physics without a name placed, stored, read back and played like any other?"""
+
+import json
+from itertools import product
+
+import numpy as np
+import pytest
+
+from identify.chain import simulate
+from identify.effects import chain_of, physics_in, with_physics
+from identify.model import LinearF, Model, Physics
+from identify.simulate import Player
+from identify.stage import Place
+from identify.unnamed.correction import Correction
+from identify.unnamed.maps import LevelMap
+from identify.unnamed.stored import KINDS, correction_of
+from rig.rigfile import model_to_dict, model_to_yaml, parse_rig
+from tests.proof.rigs import OP_AMP
+from tests.proof.stimuli import FIG13_LEVELS_V, staircase
+from tests.trials import model_of, recorded
+
+MODEL = model_of(OP_AMP)
+PLAIN = chain_of(MODEL)
+WALK = recorded(OP_AMP, staircase("walk", FIG13_LEVELS_V[::3], 0.02), fine=4)
+KNOTS = {
+    "V": (-21.0, -13.0, -5.0, 3.0, 11.0, 19.0), "V/s": (0.0, 30.0, 100.0, 300.0), "s": (0.001, 0.01, 0.1),
+    "Hz": (77.0,),
+}  # fmt: skip
+SIZE = {"V": 0.05, "V/V": 0.02, "V/s": 0.7}
+EVERY = [(form, place) for form, kind in KINDS.items() for place in kind.places]
+
+
+def correction(form: str, place: Place) -> Correction:
+    kind = KINDS[form]
+    return kind(place, KNOTS[kind.knot_unit])
+
+
+def planted(form: str, place: Place) -> Physics:
+    """Return unnamed physics of every form with weights of both signs."""
+    free = correction(form, place)
+    signs = np.resize((1.0, -0.4, 0.7), len(free.parameters()))
+    values = {p.name: float(s) * SIZE[p.unit] for p, s in zip(free.parameters(), signs, strict=True)}
+    return physics_in(free.put_in(PLAIN, values))[0]
+
+
+@pytest.mark.parametrize(("form", "place"), EVERY)
+def test_absent_weights_change_nothing_and_planted_ones_do(form: str, place: Place) -> None:
+    answer = simulate(PLAIN, WALK)
+    absent = correction(form, place).put_in(PLAIN)
+    assert np.abs(simulate(absent, WALK) - answer).max() < 1e-12
+    assert np.abs(simulate(with_physics(PLAIN, [planted(form, place)]), WALK) - answer).max() > 1e-3
+
+
+@pytest.mark.parametrize(("form", "place"), EVERY)
+def test_a_model_keeps_it_to_the_last_bit(form: str, place: Place) -> None:
+    piece = planted(form, place)
+    model = Model(MODEL.title, MODEL.g1, MODEL.f, MODEL.g2, MODEL.noise_v, physics=(piece,))
+    for text in (model_to_yaml(model), json.dumps({"schema": "rig.explain/1", "model": model_to_dict(model)})):
+        read = parse_rig(text, "model.json").model
+        assert read == model
+        assert np.array_equal(simulate(chain_of(read), WALK), simulate(with_physics(PLAIN, [piece]), WALK))
+    assert physics_in(chain_of(model)) == (piece,)
+
+
+def test_it_stands_beside_named_physics_and_is_played_block_by_block() -> None:
+    pieces = (Physics("dead_time", {"delay": 2e-4}, "G2"), planted("map of the level", Place.F))
+    model = Model(MODEL.title, MODEL.g1, MODEL.f, MODEL.g2, 0.0, physics=pieces)
+    assert [piece.id for piece in physics_in(chain_of(model))] == ["dead_time", "unnamed"]
+    whole = Player(model, WALK.rate_hz).play(WALK.u)
+    player = Player(model, WALK.rate_hz)
+    halves = np.concatenate([player.play(part) for part in np.array_split(WALK.u, 3)])
+    assert np.abs(whole - halves).max() < 1e-9
+
+
+@pytest.mark.parametrize("form", list(KINDS))
+def test_it_runs_the_same_in_one_piece_and_in_many(form: str) -> None:
+    model = Model(MODEL.title, MODEL.g1, MODEL.f, MODEL.g2, 0.0, physics=(planted(form, KINDS[form].places[0]),))
+    one, many = Player(model, WALK.rate_hz), Player(model, WALK.rate_hz)
+    parts = [many.play(part) for part in np.array_split(WALK.u, 7)]
+    assert np.abs(one.play(WALK.u) - np.concatenate(parts)).max() < 1e-9
+
+
+def test_a_curve_goes_through_its_knots_and_on_straight() -> None:
+    free = LevelMap(Place.SENSE, (-2.0, -1.0, 0.0, 1.0, 2.0))
+    run, _ = free.begin((0.1, -0.2, 0.3), None, None)
+    levels = np.array([-4.0, -3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0])
+
+    class Bare:
+        signal = levels
+
+    added = run(Bare) - levels
+    assert added[2:7] == pytest.approx([0.0, 0.1, -0.2, 0.3, 0.0], abs=1e-12)
+    assert added[0] == pytest.approx(2.0 * added[1], abs=1e-12)
+    assert added[8] == pytest.approx(2.0 * added[7], abs=1e-12)
+
+
+WRONG = {
+    "no form": (Physics("unnamed", {}, "F", "law of nature"), "has no form 'law of nature'"),
+    "no knots": (Physics("unnamed", {"add1": 1.0}, "F"), "needs knots at1, at2"),
+    "falling": (Physics("unnamed", {"at1": 1.0, "at2": 0.0, "at3": 2.0, "at4": 3.0}, "F"), "must rise"),
+    "uneven": (Physics("unnamed", {"at1": 0.0, "at2": 1.0, "at3": 2.0, "at4": 4.0}, "F"), "evenly spaced"),
+    "stage": (Physics("unnamed", {"at1": 1.0}, "F", "line"), "not at F; stages: sense, G1"),
+    "value": (Physics("unnamed", {"at1": 1.0, "pass7": 1.0}, "sense", "path past the circuit"), "no value 'pass7'"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_what_cannot_be_is_refused_with_one_sentence(name: str) -> None:
+    piece, words = WRONG[name]
+    with pytest.raises(ValueError, match=words):
+        with_physics(PLAIN, [piece])
+
+
+def test_what_needs_a_gap_is_refused_without_one() -> None:
+    linear = Model(MODEL.title, MODEL.g1, LinearF(), MODEL.g2, physics=(planted("drift of the gap", Place.F),))
+    with pytest.raises(ValueError, match="does not go into this F"):
+        chain_of(linear)
+
+
+def test_every_form_is_told_apart_by_its_values() -> None:
+    for form, place in EVERY:
+        assert correction_of(planted(form, place)) == correction(form, place)
+    assert all(a is b or KINDS[a] is not KINDS[b] for a, b in product(KINDS, KINDS))
