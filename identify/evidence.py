@@ -210,7 +210,7 @@ class Evidence:
     def proportion(self, effect: Effect, name: str, size: float) -> dict[str, float]:
         """Return the value of ``name`` that gains most where the answer changes in proportion to it; empty if none.
 
-        ``size`` is any value at which the change is well above rounding.
+        ``size`` is any value at which the change is well above rounding; other values are ``given`` and returned.
         """
         return self.proportions(effect, {name: size})
 

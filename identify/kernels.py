@@ -96,18 +96,6 @@ def curved_play(
     return w
 
 
-@njit(error_model="numpy", cache=True)
-def leaky_play(
-    s_l: float, d_l: float, s_u: float, d_u: float, keep: float, lose: float, w: float, v: Array, out: Array
-) -> float:
-    """Run a play operator whose held level becomes keep * w - lose at every sample before the borders act."""
-    for j in range(v.size):
-        w = min(max(keep * w - lose, s_l * (v[j] - d_l)), s_u * (v[j] - d_u))
-        out[j] = w
-    return w
-
-
-
 @njit(fastmath=_FAST, error_model="numpy", cache=True)
 def plain_chain(
     rows1: Any, a0: Any, a1: Any, c1: Any, d1: float, x1: Any,
@@ -190,3 +178,78 @@ def plus_curve(first: float, step: float, rows: Array, signal: Array, out: Array
             out[j] = s + rows[0, 0] + t * rows[0, 1]
         else:
             out[j] = s + rows[i, 0] + t * (rows[i, 1] + t * (rows[i, 2] + t * rows[i, 3]))
+
+
+@njit(error_model="numpy", cache=True)
+def _held(keep: float, climb: float, to_w: float, to_q: float, w: float, q: float) -> tuple[float, float]:
+    """Return what a step of holding makes of w and of the charge q that the capacitor's dielectric has absorbed."""
+    w = keep * w + climb
+    apart = q - w
+    return w + to_w * apart, q - to_q * apart
+
+
+@njit(error_model="numpy", cache=True)
+def held_play(lower: Array, upper: Array, hold: Any, state: Any, out: Array) -> Any:
+    """Run a play between given borders whose level moves by itself at every step before the borders act.
+
+    ``hold`` is (keep, climb, to_w, to_q) of ``_held``; ``state`` is (w, q), returned as it ends. Where a border takes w
+    along, the absorbed charge follows the middle of the step.
+    """
+    w, q = state
+    for j in range(lower.size):
+        free, q = _held(hold[0], hold[1], hold[2], hold[3], w, q)
+        w = min(max(free, lower[j]), upper[j])
+        q += 0.5 * hold[3] * (w - free)
+        out[j] = w
+    return w, q
+
+
+@njit(error_model="numpy", cache=True)
+def _looked_up(table: Array, at: float) -> float:
+    """Return a table's value at a fractional index, straight between its entries and beyond its last."""
+    i = min(int(at), table.size - 2)
+    return float(table[i] + (at - i) * (table[i + 1] - table[i]))
+
+
+@njit(error_model="numpy", cache=True)
+def _ratcheted(z: float, later: float, tables: Any) -> float:
+    """Return the mean height above a shaking border after a time ``later`` more, both in the units of the tables.
+
+    The tables (identify.ratchet) are log of time against height, height against log of time, entries to a unit of
+    height and of log of time, and where the latter begins.
+    """
+    ages, heights, per_z, per_age, youngest = tables
+    if z * per_z >= ages.size - 1:
+        return z
+    z = max(z, 0.0)
+    age = _looked_up(ages, z * per_z)
+    older = age + np.log1p(later * np.exp(-age))
+    return z + _looked_up(heights, (older - youngest) * per_age) - _looked_up(heights, (age - youngest) * per_age)
+
+
+@njit(error_model="numpy", cache=True)
+def noisy_play(
+    lower: Array, upper: Array, sd_l: float, sd_u: float, later: float, tables: Any, hold: Any, state: Any, out: Array
+) -> Any:  # fmt: skip
+    """Run the mean of a play whose borders shake by ``sd_l`` and ``sd_u``, in units of w.
+
+    ``later`` is a step in the time of ``tables``, which are those of ``_ratcheted``; ``hold`` and ``state`` as in
+    ``held_play``.
+    """
+    w, q = state
+    for j in range(lower.size):
+        free, q = _held(hold[0], hold[1], hold[2], hold[3], w, q)
+        w = lower[j] + sd_l * _ratcheted((free - lower[j]) / sd_l, later, tables)
+        w = upper[j] - sd_u * _ratcheted((upper[j] - w) / sd_u, later, tables)
+        q += 0.5 * hold[3] * (w - free)
+        out[j] = w
+    return w, q
+
+
+@njit(error_model="numpy", cache=True)
+def slewed(most: float, level: float, signal: Array, out: Array) -> float:
+    """Follow ``signal`` from ``level`` by at most ``most`` a step; return the last level."""
+    for j in range(signal.size):
+        level += min(max(signal[j] - level, -most), most)
+        out[j] = level
+    return level

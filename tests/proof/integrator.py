@@ -118,6 +118,22 @@ def play(lower, upper, start_v, keep, climb_v):  # type: ignore[no-untyped-def] 
 
 
 @njit(cache=True)
+def absorbing_play(lower, upper, fraction, follow):  # type: ignore[no-untyped-def]  # compiled
+    """Return w of a play from rest whose hold capacitor has a dielectric that takes ``follow`` of w - q a sub-step.
+
+    On a plateau what it takes is missing from w, ``fraction`` times; on a border the source makes up for it.
+    """
+    w = np.empty(lower.size)
+    level, absorbed = 0.0, 0.0
+    for n in range(lower.size):
+        taken = follow * (level - absorbed)
+        absorbed += taken
+        level = min(max(level - fraction * taken, lower[n]), upper[n])
+        w[n] = level
+    return w
+
+
+@njit(cache=True)
 def slewed(signal, largest_change):  # type: ignore[no-untyped-def]  # compiled
     """Return the signal followed by a stage that moves at most ``largest_change`` a sub-step."""
     out = np.empty(signal.size)

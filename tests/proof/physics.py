@@ -14,7 +14,16 @@ from typing import Literal
 import numpy as np
 from scipy.special import wrightomega
 
-from tests.proof.integrator import Array, Grid, between, linear_block, play, slewed, soft_play
+from tests.proof.integrator import (
+    Array,
+    Grid,
+    absorbing_play,
+    between,
+    linear_block,
+    play,
+    slewed,
+    soft_play,
+)
 from tests.proof.rigs import Rig
 
 
@@ -177,8 +186,10 @@ def second_play(v: Array, scene: Scene) -> Array:
 
 
 def rate_dependent_gap(v: Array, scene: Scene) -> Array:
-    """Widen the gap with speed: contact on either side is made k |dv/dt| later."""
+    """Widen the gap with speed: contact on either side is made k |dv/dt| later; where v turns it is at rest."""
     speed = np.abs(np.gradient(v, scene.grid.step_s))
+    moves = np.diff(v)
+    speed[1:-1][moves[1:] * moves[:-1] < 0.0] = 0.0
     lower, upper = borders(v, scene.rig)
     widened = scene.values["k"] * speed
     return play(lower - scene.rig.s_l * widened, upper + scene.rig.s_u * widened, 0.0, 1.0, 0.0)
@@ -193,6 +204,12 @@ def absorption(w: Array, scene: Scene) -> Array:
     """Creep after every step: w' = (1 - fraction) w + fraction * w seen through 1/(1 + s tau)."""
     slow = _lag(w, scene.values["tau"], scene)
     return w + scene.values["fraction"] * (slow - w)
+
+
+def absorption_on_plateaus(v: Array, scene: Scene) -> Array:
+    """Share the held charge with the dielectric: w + fraction q stays on plateaus, dq/dt = (w - q) / tau always."""
+    follow = scene.grid.step_s / scene.values["tau"]
+    return absorbing_play(*borders(v, scene.rig), scene.values["fraction"], follow)
 
 
 # --- dynamics -----------------------------------------------------------------------------------------------------
@@ -344,6 +361,7 @@ WHERE: dict[str, tuple[Place, Change]] = {
     "diode_clamp, both": ("w", diode_pair),
     "slew_limit": ("w", slew_limit),
     "absorption": ("w", absorption),
+    "absorption on plateaus": ("play", absorption_on_plateaus),
     "extra_pole in G2": ("x", extra_pole),
     "resonance in G2": ("x", resonance),
     "ac_coupling": ("x", ac_coupling),

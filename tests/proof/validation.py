@@ -151,7 +151,35 @@ def _clipped(rng: Rng, rig: Rig, z: float) -> Piece:
     return Concealed("adc_clipping", values), Finding("adc_clipping", "sense", values)
 
 
+def _told(what: str, name: str, stage: str, values: Callable[[Rng, Rig, float], Values]) -> Draw:
+    """Return the draw of physics whose values the library has by the same names."""
+
+    def draw(rng: Rng, rig: Rig, z: float) -> Piece:
+        drawn_values = values(rng, rig, z)
+        return Concealed(what, drawn_values), Finding(name, stage, drawn_values)
+
+    return draw
+
+
+def _second_play(rng: Rng, rig: Rig, z: float) -> Values:
+    return {"gap": (rig.d_l_v - rig.d_u_v) * float(rng.uniform(1.2, 1.8)), "weight": 7.3e-3 * z}
+
+
+def _absorption(rng: Rng, rig: Rig, z: float) -> Values:
+    return {"fraction": 5.8e-3 * z, "tau": _between(rng, 0.02, 0.3)}
+
+
+def _process_noise(rng: Rng, rig: Rig, z: float) -> Values:
+    return {"sd": 3e-3 * z, "bandwidth": _between(rng, 100.0, 3000.0)}
+
+
 LIBRARY: dict[str, Draw] = {
+    "second_play": _told("second_play", "second_play", "F", _second_play),
+    "slew_limit": _told("slew_limit", "slew_limit", "F", lambda rng, rig, z: {"rate": 5300.0 * z**-0.5}),
+    "absorption": _told("absorption", "dielectric_absorption", "F", _absorption),
+    "absorption on plateaus": _told("absorption on plateaus", "dielectric_absorption", "F", _absorption),
+    "rate_dependent_gap": _linear("rate_dependent_gap", "rate_dependent_gap", "F", "k", 1.2e-5),
+    "process_noise": _told("process_noise", "process_noise", "G1", _process_noise),
     "saturation": _saturation,
     "soft_saturation": _soft("soft_saturation", 141.0),
     "soft_saturation, upper": _soft("soft_saturation, upper", 124.0),
@@ -176,6 +204,8 @@ LIBRARY: dict[str, Draw] = {
 STAGES = {
     "saturation": "F", "soft_saturation": "F", "soft_saturation, upper": "F", "diode_clamp": "F",
     "diode_clamp, lower": "F", "diode_clamp, both": "F", "leak": "F",
+    "second_play": "F", "slew_limit": "F", "absorption": "F", "absorption on plateaus": "F", "rate_dependent_gap": "F",
+    "process_noise": "G1",
     "bias current": "F", "dead_time": "G2", "extra_pole in G1": "G1", "extra_pole in G2": "G2", "feedthrough": "sense",
     "hum at sense": "sense", "hum at G1": "G1", "offset_drift": "sense",
     "gain_drift": "sense", "rectifying_sensor": "sense", "ac_coupling": "sense", "adc_nonlinearity": "sense",
@@ -192,12 +222,6 @@ OUTSIDE: dict[str, Draw] = {
     name: _unnamed(name, values)
     for name, values in {
         "curved_border": lambda rng, rig, z: {"k3": 7.5e-3 * z * _sign(rng)},
-        "second_play": lambda rng, rig, z: {
-            "gap": 2.0 * rig.half_gap_v * float(rng.uniform(1.2, 1.8)), "weight": 7.3e-3 * z
-        },
-        "slew_limit": lambda rng, rig, z: {"rate": 5300.0 * z**-0.5},
-        "absorption": lambda rng, rig, z: {"fraction": 5.8e-3 * z, "tau": _between(rng, 0.02, 0.3)},
         "resonance in G2": lambda rng, rig, z: {"w_n": 3100.0 * z**-0.5, "zeta": float(rng.uniform(0.1, 0.6))},
-        "rate_dependent_gap": lambda rng, rig, z: {"k": 1.2e-5 * z},
     }.items()
 }

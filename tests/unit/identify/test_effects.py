@@ -46,6 +46,22 @@ TWINS = {
     "dead time": (RC, Concealed("dead_time", {"delay": 3.7e-4}), Physics("dead_time", {"delay": 3.7e-4})),
     "pole at G1": (RC, Concealed("extra_pole in G1", {"tau": 1.3e-3}), Physics("extra_pole", {"tau": 1.3e-3}, "G1")),
     "pole at G2": (RC, Concealed("extra_pole in G2", {"tau": 1.3e-3}), Physics("extra_pole", {"tau": 1.3e-3}, "G2")),
+    "absorption": (
+        OP_AMP, Concealed("absorption", {"fraction": 0.13, "tau": 0.037}),
+        Physics("dielectric_absorption", {"fraction": 0.13, "tau": 0.037}),
+    ),
+    "absorption on plateaus": (
+        SKEWED, Concealed("absorption on plateaus", {"fraction": 0.13, "tau": 0.017}),
+        Physics("dielectric_absorption", {"fraction": 0.13, "tau": 0.017}, form="on plateaus"),
+    ),
+    "second play": (
+        SKEWED, Concealed("second_play", {"gap": 3.1, "weight": 0.17}),
+        Physics("second_play", {"gap": 3.1, "weight": 0.17}),
+    ),
+    "rate-dependent gap": (
+        OP_AMP, Concealed("rate_dependent_gap", {"k": 2.3e-4}), Physics("rate_dependent_gap", {"k": 2.3e-4}),
+    ),
+    "slew limit": (OP_AMP, Concealed("slew_limit", {"rate": 1130.0}), Physics("slew_limit", {"rate": 1130.0})),
     "feedthrough": (OP_AMP, Concealed("feedthrough", {"k": 0.037}), Physics("feedthrough", {"k": 0.037})),
     "source pole": (RC, Concealed("source_pole", {"tau": 1.3e-3}), Physics("source_pole", {"tau": 1.3e-3})),
     "short source pole": (RC, Concealed("source_pole", {"tau": 2e-5}), Physics("source_pole", {"tau": 2e-5})),

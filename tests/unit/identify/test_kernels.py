@@ -89,20 +89,47 @@ def test_play_stays_between_its_borders_and_holds_inside_them(borders, v):
     assert np.array_equal(w[1:][inside], w[:-1][inside])
 
 
+def held(borders, v, hold):
+    s_l, d_l, s_u, d_u = borders
+    out = np.empty(v.size)
+    state = kernels.held_play(s_l * (v - d_l), s_u * (v - d_u), hold, (0.0, 0.0), out)
+    return out, state
+
+
 @QUICK
 @given(BORDERS, SIGNALS, st.floats(0.5, 1.0), st.floats(-0.3, 0.3))
-def test_leaky_play_forgets_before_the_borders_act(borders, v, keep, lose):
-    out = np.empty(v.size)
-    last = kernels.leaky_play(*borders, keep, lose, 0.0, v, out)
+def test_a_held_level_moves_before_the_borders_act(borders, v, keep, lose):
+    out, state = held(borders, v, (keep, -lose, 0.0, 0.0))
     assert np.array_equal(out, play_by_hand(borders, v, 0.0, keep, lose))
-    assert last == out[-1]
+    assert state[0] == out[-1]
 
 
-def test_leaky_play_that_loses_nothing_is_play():
-    v, out = 4.0 * np.sin(np.linspace(0.0, 30.0, 500)), np.empty(500)
-    borders = (8.0, 1.25, 7.0, -1.0)
-    kernels.leaky_play(*borders, 1.0, 0.0, 0.0, v, out)
-    assert np.array_equal(out, play(borders, v))
+def test_a_level_that_is_held_well_is_that_of_play():
+    v, borders = 4.0 * np.sin(np.linspace(0.0, 30.0, 500)), (8.0, 1.25, 7.0, -1.0)
+    assert np.array_equal(held(borders, v, (1.0, 0.0, 0.0, 0.0))[0], play(borders, v))
+
+
+def test_a_dielectric_shares_the_charge_that_is_held_and_keeps_none_back():
+    """With C_a = C/4 behind R, w falls from 6 to 6 / (1 + 1/4), the time constant being R C_a C / (C + C_a)."""
+    v, fraction, step = np.r_[2.0, np.full(400, 1.0)], 0.25, 0.02
+    moved = -np.expm1(-(1.0 + fraction) * step) / (1.0 + fraction)
+    w, (last, absorbed) = held((6.0, 1.0, 6.0, -1.0), v, (1.0, 0.0, fraction * moved, moved))
+    q = 0.5 * moved * 6.0  # taken while the border came to 6 V, half a step
+    settled = (6.0 + fraction * q) / (1.0 + fraction)
+    expected = settled + (6.0 - settled) * np.exp(-(1.0 + fraction) * step * np.arange(401))
+    assert np.allclose(w, expected, rtol=0, atol=1e-12)
+    assert last == pytest.approx(absorbed, abs=1e-3)
+
+
+@QUICK
+@given(SIGNALS, st.floats(0.01, 5.0))
+def test_a_slewed_signal_follows_as_fast_as_it_may(signal, most):
+    out = np.empty(signal.size)
+    assert kernels.slewed(most, 0.0, signal, out) == out[-1]
+    level = 0.0
+    for value, followed in zip(signal, out, strict=True):
+        level = level + np.clip(value - level, -most, most)
+        assert followed == level
 
 
 def test_plain_chain_is_its_three_stages_one_after_the_other():

@@ -1,0 +1,130 @@
+"""What becomes of the play operator where physics acts inside it?
+
+Several pieces of physics may act at once: each changes the law it is given, and what they leave is run.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identify import kernels
+from identify.blocks import Play
+from identify.ratchet import Kind, tables
+from identify.stage import Block, Grid, Parameter, Run, Shape, Values
+from identify.trace import Array
+
+
+@dataclass(frozen=True)
+class Law:
+    """How a play moves: its borders, how far they are pushed apart by speed, how they shake, and how w is held.
+
+    In a step of holding w becomes keep w + climb; then a charge q that was absorbed takes and gives: w gains ``to_w``
+    times q - w, q loses ``to_q`` times it. ``second`` is the full gap of a second operator in V and its weight.
+    """
+
+    s_l: float
+    d_l_v: float
+    s_u: float
+    d_u_v: float
+    late_s: float = 0.0
+    noise_v: float = 0.0
+    renewed: float = 0.0  # how far the noise is renewed in a step, in the unit of time of its kind
+    kind: Kind = "white"
+    keep: float = 1.0
+    climb: float = 0.0
+    to_w: float = 0.0
+    to_q: float = 0.0
+    second: tuple[float, float] | None = None
+
+    def operators(self) -> Iterator[tuple[float, "Law"]]:
+        """Yield the weight and the law of every operator that shares in w."""
+        if self.second is None:
+            yield 1.0, self
+            return
+        gap_v, weight = self.second
+        middle_v = 0.5 * (self.d_l_v + self.d_u_v)
+        wider = replace(self, d_l_v=middle_v + 0.5 * gap_v, d_u_v=middle_v - 0.5 * gap_v)
+        yield 1.0 - weight, self
+        yield weight, wider
+
+
+class Alteration(ABC):
+    """Physics inside the play operator."""
+
+    @abstractmethod
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Return what can be fitted, in the order ``altered`` takes the values."""
+
+    @abstractmethod
+    def altered(self, law: Law, values: Values, grid: Grid) -> Law:
+        """Return the law with this physics in it."""
+
+
+@dataclass(frozen=True)
+class AlteredPlay(Play):
+    """The play operator with physics inside, in the order it was put in."""
+
+    alterations: tuple[Alteration, ...] = ()
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Return the borders, then what each alteration has."""
+        return (*super().parameters(), *(p for a in self.alterations for p in a.parameters()))
+
+    def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
+        """Return the running operator, or the sum of two."""
+        s_l, d_l, s_u, d_u = values[:4]
+        law, at = Law(s_l, d_l, s_u, d_u), 4
+        for alteration in self.alterations:
+            count = len(alteration.parameters())
+            law, at = alteration.altered(law, values[at : at + count], grid), at + count
+        parts = [(weight, _operator(part, grid)) for weight, part in law.operators()]
+        if len(parts) == 1:
+            return parts[0][1], shape
+        return (lambda block: np.asarray(sum(weight * run(block) for weight, run in parts))), shape
+
+
+def altered(play: Play, alteration: Alteration) -> AlteredPlay:
+    """Return a play operator with one more piece of physics inside."""
+    before = play.alterations if isinstance(play, AlteredPlay) else ()
+    return AlteredPlay(play.start, alterations=(*before, alteration))
+
+
+def _operator(law: Law, grid: Grid) -> Run:
+    """Return one running operator, from w = 0 with nothing absorbed."""
+    state, widening = (0.0, 0.0), _widening(law.late_s, grid)
+    hold = (law.keep, law.climb, law.to_w, law.to_q)
+
+    def run(block: Block) -> Array:
+        nonlocal state
+        v, out = block.signal, np.empty_like(block.signal)
+        apart = widening(v) if law.late_s != 0.0 else 0.0
+        lower, upper = law.s_l * (v - apart - law.d_l_v), law.s_u * (v + apart - law.d_u_v)
+        if law.noise_v > 0.0:
+            sd_l, sd_u = abs(law.s_l) * law.noise_v, abs(law.s_u) * law.noise_v
+            state = kernels.noisy_play(lower, upper, sd_l, sd_u, law.renewed, tables(law.kind), hold, state, out)
+        else:
+            state = kernels.held_play(lower, upper, hold, state, out)
+        return out
+
+    return run
+
+
+def _widening(late_s: float, grid: Grid) -> Callable[[Array], Array]:
+    """Return what makes of v by how many V its speed pushes each border away.
+
+    The speed is the slope, at its end, of the parabola through three instants. Where v has turned round in between, its
+    speed was zero there, and the border stood where v turned: close to the instant before.
+    """
+    past = np.zeros(0)
+
+    def run(v: Array) -> Array:
+        nonlocal past
+        known = np.concatenate((past if past.size else np.full(2, v[0]), v))
+        past = known[-2:]
+        before, now = np.diff(known[:-1]), np.diff(known[1:])
+        fast = late_s / grid.step_s * np.abs(1.5 * now - 0.5 * before)
+        return np.where(before * now < 0.0, -np.abs(now), fast)
+
+    return run

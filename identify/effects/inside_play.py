@@ -1,0 +1,39 @@
+"""How does physics that acts inside the play operator become part of a chain?"""
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from identify.altered_play import Alteration, Law, altered
+from identify.blocks import Play
+from identify.chain import Chain
+from identify.effects.effect import Effect
+from identify.stage import Grid, Parameter, Run, Shape, Values
+
+
+@dataclass(frozen=True)
+class InsidePlay(Effect, Alteration):
+    """An effect that changes how w is taken along or held; several may be inside one operator."""
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Return the declared parameters; forms with fewer override this."""
+        return self.declared
+
+    def applicable(self, chain: Chain) -> bool:
+        """Return whether there is a gap in which to act."""
+        return super().applicable(chain) and chain.stage_of(Play) is not None
+
+    def put_in(self, chain: Chain, values: Mapping[str, float]) -> Chain:
+        """Return ``chain`` with its play operator altered; ValueError when it has none."""
+        play = chain.stage_of(Play)
+        if play is None:
+            raise ValueError(f"{self.id} needs a backlash in F")
+        return chain.with_replaced(play, altered(play, self), self.named(values)).crediting(self)
+
+    def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
+        """Refuse: the effect lives inside the play operator."""
+        raise NotImplementedError("put_in changes the play operator; there is no stage of its own")
+
+    @abstractmethod
+    def altered(self, law: Law, values: Values, grid: Grid) -> Law:
+        """Return the law of the play with this effect in it."""

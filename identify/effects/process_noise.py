@@ -1,0 +1,62 @@
+"""Noise in front of the gap, rectified by it: the level is ratcheted outward."""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, ClassVar, final
+
+import numpy as np
+
+from identify.altered_play import Law
+from identify.effects.effect import Confusion
+from identify.effects.inside_play import InsidePlay
+from identify.ratchet import Kind
+from identify.stage import Grid, Parameter, Place, Values
+
+if TYPE_CHECKING:
+    from identify.evidence import Evidence
+
+SD = Parameter("process_noise.sd", "V", "log")
+BANDWIDTH = Parameter("process_noise.bandwidth", "Hz", "log")
+SMALL_V = 3e-3  # of the gap: noise at which the change is looked at
+BANDS = (0.02, 0.3, 4.0)  # of the sample rate
+
+
+@final
+class ProcessNoise(InsidePlay):
+    """The mean of what noise at v does to w: behind a first-order low-pass of a bandwidth, or white up to it."""
+
+    id = "process_noise"
+    title = "noise in front of the gap"
+    equation = "w = mean of F(v + n), n normal with rms sd, low-passed at bandwidth or white up to it"
+    sentence = (
+        "There is noise in front of the gap: {}. The gap rectifies it: w is pushed past where v alone would take it, "
+        "the further the longer v rests, so that the gap seems smaller and levels creep outward; filter or shield v."
+    )
+    axis = "rate of w"
+    fingerprint = "F ratchets: the level creeps outward with hold time"
+    places = (Place.G1,)
+    forms = ("low-pass", "white")
+    declared = (SD, BANDWIDTH)
+    absent: ClassVar = {"sd": 0.0, "bandwidth": 1e3}
+    confused_with = (
+        Confusion("resonance", "a staircase with two dwell times: ringing in G1 ends, a ratchet goes on"),
+        Confusion("rate_dependent_gap", "a staircase with two dwell times: speed does not matter at rest"),
+        Confusion("dielectric_absorption", "small steps inside the gap: a ratchet rests away from the borders"),
+    )
+    example: ClassVar = {"sd": 0.03, "bandwidth": 2e3}
+
+    def altered(self, law: Law, values: Values, grid: Grid) -> Law:
+        """Return the law whose borders shake."""
+        sd_v, bandwidth_hz = values
+        kind: Kind = "white" if self.form == "white" else "low-pass"
+        per_hz = 1.0 if kind == "white" else 2.0 * np.pi
+        return replace(law, noise_v=sd_v, kind=kind, renewed=per_hz * bandwidth_hz * grid.step_s)
+
+    def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
+        """Return the bandwidth, tried below and above the sample rate, that explains most with the noise it needs."""
+        if not self.applicable(evidence.chain):
+            return []
+        small_v = SMALL_V * abs(evidence.chain.values["F.D_L"] - evidence.chain.values["F.D_U"])
+        small = [{"sd": small_v, "bandwidth": b / evidence.sample_s} for b in BANDS]
+        tried = [{**values, "sd": small_v * evidence.scaled(self, values)} for values in small]
+        best = evidence.best(self, [values for values in tried if values["sd"] > 0.0])
+        return [best] if best else []

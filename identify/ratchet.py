@@ -1,0 +1,81 @@
+"""How far does noise in front of a gap carry the level with it, on the average?
+
+A border that shakes pushes w to the highest place it reaches, and w does not come back: on a plateau the mean of w is
+that of the highest value the noise has had, which grows with time (E. J. Gumbel, Statistics of Extremes, 1958). A
+border that runs on leaves behind what it pushed. The mean is followed by one number, the time in which a border at rest
+pushes as far as w stands: exact at rest and where the border runs fast.
+"""
+
+from collections.abc import Callable
+from functools import cache
+from typing import Literal
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+from scipy.linalg import eigh_tridiagonal
+from scipy.special import log_ndtr
+
+from identify.trace import Array
+
+Kind = Literal["white", "low-pass"]
+Tables = tuple[Array, Array, float, float, float]
+
+HIGHEST = 6.0  # sd: further from w a border does not reach it
+PER_Z, PER_AGE = 160.0, 40.0  # entries of the tables to a unit
+YOUNGEST, OLDEST = -12.0, 22.0  # log of time: in the first nothing is pushed yet, in the last more than ``HIGHEST``
+DEEPEST, NODES = -7.0, 160  # of the grid on which a low-passed noise moves, sd
+LEVELS = np.concatenate((np.arange(-3.0, 6.6, 0.2), [7.0]))  # between which the chance of a push is interpolated
+
+
+@cache
+def tables(kind: Kind) -> Tables:
+    """Return the log of time against the mean height pushed to by then, height against log of time, steps and start.
+
+    Heights are in sd of the noise. Time is counted in 1 / bandwidth for noise white up to there, in
+    1 / (2 pi bandwidth) for noise behind a first-order low-pass.
+    """
+    law: dict[Kind, Callable[[Array], Array]] = {"white": highest_of_white, "low-pass": highest_of_low_passed}
+    few = np.arange(YOUNGEST, OLDEST + 0.2, 0.2)
+    ages = np.arange(YOUNGEST, OLDEST, 1.0 / PER_AGE)
+    heights = PchipInterpolator(few, law[kind](np.exp(few)))(ages)
+    levels = np.arange(round(HIGHEST * PER_Z) + 1) / PER_Z
+    return np.interp(levels, heights, ages), heights, PER_Z, PER_AGE, YOUNGEST
+
+
+def highest_of_white(times: Array) -> Array:
+    """Return the mean highest of a normal noise, white up to a bandwidth, over ``times`` in 1 / bandwidth, in its sd.
+
+    A level z is passed upward bandwidth / sqrt(3) exp(-z^2 / 2) times a second (S. O. Rice, Bell Syst. Tech. J. 24
+    (1945) 46, section 3.3), counted here in the time that is spent below it, as passings come one by one from there.
+    """
+    z = np.linspace(-9.0, 9.0, 1801)
+    below = log_ndtr(z)
+    passed = np.exp(-0.5 * np.square(z) - below) / np.sqrt(3.0)
+    return np.asarray(z[-1] - np.trapezoid(np.exp(below - times[:, None] * passed), z, axis=1))
+
+
+def highest_of_low_passed(times: Array) -> Array:
+    """Return the mean highest of dX = -X dt + sqrt(2) dW over ``times``, from its stationary normal distribution.
+
+    It is the integral over levels of the chance to have passed them.
+    """
+    below = np.array([_not_passed(level, times) for level in LEVELS])
+    z = np.arange(LEVELS[0], LEVELS[-1], 0.02)
+    logs = np.log(np.maximum(below, 1e-300))
+    smooth = np.exp([np.interp(z, LEVELS, row) for row in logs.T])
+    return np.asarray(z[-1] - np.trapezoid(smooth, z, axis=1))
+
+
+def _not_passed(level: float, times: Array) -> Array:
+    """Return the chance that X stays below a level for each of ``times``.
+
+    X is taken to hop between neighbours of a grid at rates that keep its distribution, which makes the smallest rate of
+    passing as accurate as the others; the chance is a sum over the modes of hopping with the level as its end.
+    """
+    y = np.linspace(DEEPEST, level, NODES, endpoint=False)
+    step = level - y[-1]
+    weights = np.exp(-0.5 * np.square(y)) * step / np.sqrt(2.0 * np.pi)
+    away = np.exp(-0.5 * step * (y + 0.5 * step)) + np.exp(0.5 * step * (y - 0.5 * step))
+    rates, modes = eigh_tridiagonal(away / step**2, np.full(NODES - 1, -(step**-2.0)))
+    shares = np.square(modes.T @ np.sqrt(weights))
+    return np.asarray(shares @ np.exp(-np.outer(np.maximum(rates, 0.0), times)))

@@ -1,0 +1,56 @@
+"""Is the mean of a play under noise what many noisy benches have on the average?"""
+
+import numpy as np
+import pytest
+
+from identify import kernels
+from identify.ratchet import Kind, highest_of_low_passed, highest_of_white, tables
+from tests.proof.ratchet import HALF_GAP_V, Noise, ratcheted, stairs, waves
+from tests.proof.stimuli import RATE_HZ
+
+
+def mean_level(v: np.ndarray, sd_v: float, renewed: float, kind: Kind) -> np.ndarray:
+    """Return the mean of w as the product has it, for borders of slope 1."""
+    out, hold = np.empty(v.size), (1.0, 0.0, 0.0, 0.0)
+    lower, upper = v - HALF_GAP_V, v + HALF_GAP_V
+    kernels.noisy_play(lower, upper, sd_v, sd_v, renewed, tables(kind), hold, (0.0, 0.0), out)
+    return out
+
+
+def test_the_highest_of_a_white_noise_is_that_of_many_stretches():
+    bench = Noise(1.0, 1000.0, low_passed=False).drawn(np.random.default_rng(3), 1 << 19, 1.0 / 16e3)
+    for times, near in ((1.0, 0.12), (10.0, 0.06), (100.0, 0.06)):
+        each = round(16 * times)
+        highest = bench[: bench.size // each * each].reshape(-1, each).max(axis=1)
+        chance = 3.0 * float(highest.std()) / np.sqrt(highest.size)
+        assert highest_of_white(np.array([times]))[0] == pytest.approx(highest.mean(), abs=near + chance)
+
+
+def test_the_highest_of_a_low_passed_noise_begins_as_brownian_motion_and_grows_as_extremes_do():
+    """At first sqrt(4 t / pi); late, passings of a level z are rare and come at the rate z exp(-z^2/2) / sqrt(2 pi)."""
+    few = np.array([1e-2, 1e-1])
+    assert np.allclose(highest_of_low_passed(few), np.sqrt(4.0 * few / np.pi), rtol=0.05)
+    z = np.linspace(0.0, 9.0, 9001)
+    late = np.array([1e4, 1e6])
+    passed = [-np.expm1(-t * z * np.exp(-0.5 * z**2) / np.sqrt(2.0 * np.pi)) for t in late]
+    expected = [np.trapezoid(np.where(z < 1.0, 1.0, p), z) for p in passed]
+    assert np.allclose(highest_of_low_passed(late), expected, rtol=0, atol=0.02)
+
+
+@pytest.mark.parametrize("kind", ["low-pass", "white"])
+@pytest.mark.parametrize("v", [stairs(0.03), waves()], ids=["stairs", "sine"])
+@pytest.mark.parametrize("bandwidth_hz", [100.0, 1000.0])
+def test_the_mean_is_that_of_many_benches(kind, v, bandwidth_hz):
+    sd_v = 0.05
+    bench = ratcheted(v, Noise(sd_v, bandwidth_hz, kind == "low-pass"), 60)
+    per_hz = 1.0 if kind == "white" else 2.0 * np.pi
+    mean = mean_level(v, sd_v, per_hz * bandwidth_hz / RATE_HZ, kind)
+    chance = float(np.mean(bench.scatter**2)) / 60
+    off = np.sqrt(max(float(np.mean((mean - bench.mean) ** 2)) - chance, 0.0))
+    assert off < 0.25 * sd_v  # single benches scatter by 0.4 to 0.9 sd about their mean
+
+
+def test_without_noise_to_speak_of_it_is_the_play():
+    v, ideal = waves(), np.empty(waves().size)
+    kernels.held_play(v - HALF_GAP_V, v + HALF_GAP_V, (1.0, 0.0, 0.0, 0.0), (0.0, 0.0), ideal)
+    assert np.allclose(mean_level(v, 1e-9, 0.2, "low-pass"), ideal, rtol=0, atol=1e-8)
