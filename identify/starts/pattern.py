@@ -7,7 +7,7 @@ fit at its best minimum, the statistic is chi-squared with as many degrees of fr
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import chi2
@@ -20,7 +20,8 @@ from identify.fit import Fit
 from identify.observe import Observation
 from identify.quadratic import inverse
 from identify.stage import Block, Grid, Held, Parameter, Place, Run, Shape, Stage, Values
-from identify.starts.thinning import TRIED
+from identify.starts.thinning import COARSE, TRIED
+from identify.stepping import corrected
 from identify.trace import Array
 
 RATES = 5  # time scales of a filter
@@ -62,9 +63,10 @@ class Lead(Stage):
 def pattern(fitted: Fit, observations: Sequence[Observation]) -> float:
     """Return the probability that chance leaves as much of the rig's own shapes in the residual; 1 for no blocks.
 
-    Only the beginnings of very long runs are looked at.
+    Only the beginnings of very long runs are looked at. The residual is that of the fit's own grid, the shapes are of a
+    coarse one: what chance leaves of those is known as well.
     """
-    seen = [b for o in observations if (b := o.until(TRIED)).count]
+    seen = [_coarser(b, fitted.chain) for o in observations if (b := o.until(TRIED)).count]
     taus_s = _taus_s(fitted, seen) if seen and np.isfinite(fitted.cost) else ()
     if not taus_s:
         return 1.0
@@ -75,6 +77,13 @@ def pattern(fitted: Fit, observations: Sequence[Observation]) -> float:
     weights = [p.name for probe in probes for p in probe.parameters()]
     gain, known = _gain(chain, fitted, weights, seen)
     return float(chi2.sf(gain, known)) if known else 1.0
+
+
+def _coarser(observation: Observation, chain: Chain) -> Observation:
+    """Return the observation on a coarse grid, less what that leaves out of the fitted answer."""
+    if observation.substeps <= COARSE:
+        return observation
+    return corrected(replace(observation, substeps=COARSE, left_out=None), chain)
 
 
 def _gain(chain: Chain, fitted: Fit, weights: Sequence[str], observations: Sequence[Observation]) -> tuple[float, int]:

@@ -20,7 +20,7 @@ from identify.observe import Observation
 from identify.planning.advice import FITS
 from identify.stage import is_fixed
 from identify.starts.pattern import FALSE_ALARMS, pattern
-from identify.starts.thinning import thinned
+from identify.starts.thinning import COARSE, thinned
 
 SURE = 5.0  # standard deviations by which the residual must exceed the noise before it counts as above it
 AT_BOUND = 0.01  # distance to a bound, relative to it, at which a value counts as sitting on it
@@ -38,7 +38,6 @@ OPINIONS = 4  # fits from starts near a doubtful one
 NEAR = 0.4  # by what share those starts differ
 HOPELESS = 100.0  # of chi-squared on a coarse grid: a minimum as much higher there is not the best on a fine one
 APART = 9.0  # squared distance of two answers, in the noise of a reading: three sd of what could tell them apart
-COARSE = 2  # instants to a sample where minima are looked for: a delay needs more than one
 MEETINGS = 2  # times that poles may meet and part as a pair
 TOGETHER = 1.1  # ratio of two poles that counts as a meeting
 

@@ -10,6 +10,7 @@ from identify.observe import Observation
 from identify.trace import Array, Trace
 
 TRIED = 1 << 22  # samples of a run, at most; more of them sharpen a minimum and hardly lead to another one
+COARSE = 2  # instants to a sample where minima are looked for: a delay needs more than one
 ENOUGH = 30_000  # samples to try a rig on, all runs together
 LONGEST = 200_000  # samples thinned: what comes after is left out
 POINTS = 24  # samples left of the fastest swing of u
