@@ -1,7 +1,8 @@
 """How good is the explainer? ``python -m tests.proof --cases 1320 --seed 1 --jobs 2``: sealed trials, then the tables.
 
 Every trial is appended to ``--out`` as it ends, two lines each: its seal before the tool is asked, its truth and the
-answer after. A study that was cut goes on where it stopped when the same command is given again.
+answer after. A study that was cut goes on where it stopped when the same command is given again. ``--write`` puts the
+tables of all trials in the file into the README files.
 """
 
 import argparse
@@ -13,26 +14,52 @@ from dataclasses import asdict
 from itertools import islice
 from pathlib import Path
 
-from tests.proof.ask import asked, known_effects
+from tests.proof.ask import asked, exact_twins, known_effects
+from tests.proof.narration import shown
+from tests.proof.outcome import opened
 from tests.proof.seal import sealed
+from tests.proof.tables import between_marks, report, short
 from tests.proof.trial import STRATA, Key, drawn, plan
 
+LONG = Path(__file__).with_name("README.md")
+README = LONG.parents[2] / "README.md"
 
-def main() -> None:
+
+def main(words: list[str] | None = None) -> None:
     """Run the trials that are wanted and not yet answered, then print what they show."""
-    wanted = arguments()
+    wanted = arguments(words)
     effects = known_effects()
     keys = list(islice(selected(wanted, effects), wanted.cases))
     done = answered(wanted.out)
     todo = [key for key in keys if key.text not in done]
     print(f"{len(keys)} trials, {len(keys) - len(todo)} of them answered before, into {wanted.out}", flush=True)
+    for number, line in enumerate(lines(todo, wanted, effects), 1):
+        print(f"{number}/{len(todo)} {line}", flush=True)
+    told(wanted, [key.text for key in keys])
+
+
+def lines(todo: list[Key], wanted: argparse.Namespace, effects: frozenset[str]) -> Iterator[str]:
+    """Try the trials, several at a time if asked, and yield each in one line as it ends."""
+    at = commit()
+    if wanted.jobs == 1:
+        yield from (tried(key, effects, wanted.out, at) for key in todo)
+        return
     with ProcessPoolExecutor(wanted.jobs) as pool:
-        running = [pool.submit(tried, key, effects, wanted.out, commit()) for key in todo]
-        for number, trial in enumerate(as_completed(running), 1):
-            print(f"{number}/{len(todo)} {trial.result()}", flush=True)
+        running = [pool.submit(tried, key, effects, wanted.out, at) for key in todo]
+        yield from (trial.result() for trial in as_completed(running))
 
 
-def arguments() -> argparse.Namespace:
+def told(wanted: argparse.Namespace, trials: list[str]) -> None:
+    """Print the tables of the trials asked for, and write them where they belong if that was asked for too."""
+    done = answered(wanted.out)
+    outcomes = [opened(done[trial]) for trial in trials if trial in done]
+    print(report(outcomes, exact_twins()))
+    if wanted.write:
+        for page, text in ((README, short(outcomes)), (LONG, report(outcomes, exact_twins()))):
+            page.write_text(between_marks(page.read_text(encoding="utf-8"), text), encoding="utf-8")
+
+
+def arguments(words: list[str] | None = None) -> argparse.Namespace:
     """Return what is asked for."""
     parser = argparse.ArgumentParser(prog="python -m tests.proof", description=__doc__)
     parser.add_argument("--cases", type=int, default=66, help="how many trials; 66 are a round of the whole")
@@ -41,7 +68,8 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--effect", action="append", help="only trials about this id; may be given again")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("proof.jsonl"))
-    return parser.parse_args()
+    parser.add_argument("--write", action="store_true", help="write the tables into the README files")
+    return parser.parse_args(words)
 
 
 def selected(wanted: argparse.Namespace, effects: frozenset[str]) -> Iterator[Key]:
@@ -81,33 +109,6 @@ def _append(out: Path, entry: dict[str, object]) -> None:
     """Write one line at once, so that processes that share the file do not cut into each other's."""
     with out.open("ab", buffering=0) as file:
         file.write(json.dumps(entry).encode() + b"\n")
-
-
-def shown(entry: dict[str, object]) -> str:
-    """Return an answered trial in one line."""
-    truth, reply = json.loads(entry["truth"]), entry["reply"]
-    laws = zip(truth["laws"], truth["z"], strict=True)
-    values = "; ".join(f"{c['name']} {_short(c['values'])} z {z:.0f}" for c, z in laws)
-    if not reply["said"]:
-        return f"{entry['trial']} [{values}] FAILED {reply['failure'].splitlines()[-1]}"
-    said = reply["said"]
-    found = "; ".join(_told(effect) for effect in said["effects"])
-    held = said["fit"]["held_out"]
-    return (
-        f"{entry['trial']} [{values}] {said['verdict']} [{found}] held {held['before'] / held['noise']:.3f} -> "
-        f"{held['after'] / held['noise']:.3f} x noise, {reply['seconds']:.0f} s"
-    )
-
-
-def _told(effect: dict[str, object]) -> str:
-    intervals = ((name, i["value"], *i["ci95"]) for name, i in effect["parameters"].items())
-    values = ", ".join(f"{name} {value:.4g} ({low:.4g}..{high:.4g})" for name, value, low, high in intervals)
-    others = "".join(f" | {o['id']}@{o['stage']} {o['probability']:.2f}" for o in effect["could_also_be"])
-    return f"{effect['id']}@{effect['stage']} {effect['probability']:.2f} {values}{others}"
-
-
-def _short(values: dict[str, float]) -> str:
-    return ", ".join(f"{name} {value:.4g}" for name, value in values.items())
 
 
 def commit() -> str:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from identify.chain import plain_chain, simulate
 from identify.effects import catalogue
 from identify.explain import explain
+from identify.model import Model
 from identify.trace import Step, Trace
 from tests.proof.bench import Playable, Run, record
 from tests.trials import model_of
@@ -16,7 +17,7 @@ from tests.trials import model_of
 class Reply:
     """What was said (empty: it failed, and how), wall and processor seconds, and what one simulation costs.
 
-    ``steps`` are the sentences of its progress with the seconds at which they were said.
+    ``steps`` are the sentences of its progress with the processor seconds at which they were said.
     """
 
     said: dict[str, object]
@@ -33,6 +34,11 @@ def known_effects() -> frozenset[str]:
     return frozenset(catalogue())
 
 
+def exact_twins() -> dict[str, tuple[str, ...]]:
+    """Return, for every id of the catalogue, the ids that give the same data exactly, as the catalogue has it."""
+    return {name: tuple(c.id for c in kind.confused_with if c.exact) for name, kind in catalogue().items()}
+
+
 def asked(trial: Playable) -> Reply:
     """Record a trial, give the recordings and the rig file to the explainer, and return its reply."""
     runs = record(trial)
@@ -41,23 +47,25 @@ def asked(trial: Playable) -> Reply:
     once_s = min(_simulated(model, train) for _ in range(3))
     steps: list[tuple[str, float]] = []
     said, failure, began, cpu = {}, "", time.perf_counter(), time.process_time()
+
+    def note(sentence: str, _share: float) -> None:
+        steps.append((sentence, round(time.process_time() - cpu, 3)))
+
     try:
-        found = explain(model, train, test, lambda s, _: steps.append((s, round(time.perf_counter() - began, 3))))
-        said = found.to_dict()
+        said = explain(model, train, test, note).to_dict()
     except Exception:  # a study reports every failure and goes on
         failure = traceback.format_exc(limit=-4)
-    return Reply(
-        said, failure, round(time.perf_counter() - began, 3), round(time.process_time() - cpu, 3), round(once_s, 5),
-        sum(trace.size for trace in train), steps,
-    )  # fmt: skip
+    seconds, processor_s = time.perf_counter() - began, time.process_time() - cpu
+    samples = sum(trace.size for trace in train)
+    return Reply(said, failure, round(seconds, 3), round(processor_s, 3), round(once_s, 5), samples, steps)
 
 
-def _simulated(model: object, traces: list[Trace]) -> float:
-    """Return the seconds in which the plain model answers all traces once."""
-    chain, began = plain_chain(model), time.perf_counter()
+def _simulated(model: Model, traces: list[Trace]) -> float:
+    """Return the processor seconds in which the plain model answers all traces once, on the grid of the samples."""
+    chain, began = plain_chain(model), time.process_time()
     for trace in traces:
         simulate(chain, trace)
-    return time.perf_counter() - began
+    return time.process_time() - began
 
 
 def trace_of(run: Run) -> Trace:

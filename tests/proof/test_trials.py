@@ -1,6 +1,6 @@
 """Does the explainer find what an integrator it shares no code with has concealed, and stay silent where it must?
 
-The thresholds of the explainer were chosen with these cases in sight; tests/proof/validate.py draws others.
+The thresholds of the explainer were chosen with these cases in sight; ``python -m tests.proof`` draws others.
 """
 
 import pytest

@@ -5,9 +5,9 @@ import pytest
 
 from tests.proof.bench import SUBSTEPS, answer, schedule
 from tests.proof.cases import CASES
+from tests.proof.detect import COARSE
 from tests.proof.integrator import Grid
 from tests.proof.rigs import RC
-from tests.proof.sizing import COARSE
 
 DETECTED = 5.0  # standard deviations a matched test needs
 CASE = {case.name: case for case in CASES}

@@ -1,0 +1,39 @@
+"""Does the study hold: truth sealed before the tool is asked, a cut study goes on, its first trials are right?
+
+A fixed share of ``python -m tests.proof``: a rig with nothing missing and one with a rail, real standard trials both.
+"""
+
+import json
+
+import pytest
+
+from tests.proof.__main__ import answered, main
+from tests.proof.outcome import opened
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    return tmp_path_factory.mktemp("study") / "proof.jsonl"
+
+
+@pytest.mark.parametrize(
+    ("words", "verdict", "names"),
+    [(("--stratum", "null"), "consistent", ()), (("--effect", "saturation"), "explained", ("saturation",))],
+)
+def test_a_standard_trial_is_answered_rightly(study, capsys, words, verdict, names):
+    main([*words, "--cases", "1", "--seed", "3", "--out", str(study)])
+    assert "1 sealed trials" in capsys.readouterr().out
+    (outcome,) = (opened(entry) for entry in answered(study).values() if words[1] in entry["trial"])
+    assert (outcome.verdict, outcome.names) == (verdict, names)
+    assert outcome.placed is bool(names)
+    assert all(holds for _, holds in outcome.intervals())
+
+
+def test_the_seal_stands_before_the_answer_and_what_is_answered_is_not_asked_again(study, capsys):
+    lines = [json.loads(line) for line in study.read_text().splitlines()]
+    assert [("reply" in line, line["seal"] == lines[0]["seal"]) for line in lines[:2]] == [(False, True), (True, True)]
+    with study.open("a") as file:
+        file.write('{"trial": "3/null/null/1", "reply": {"cut')
+    main(["--stratum", "null", "--cases", "1", "--seed", "3", "--out", str(study)])
+    assert "1 trials, 1 of them answered before" in capsys.readouterr().out
+    assert len(study.read_text().splitlines()) == len(lines) + 1

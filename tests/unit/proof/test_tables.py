@@ -1,0 +1,140 @@
+"""Is a study counted as it happened? Answers made up by hand, whose tables are known."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from tests.proof.narration import shown
+from tests.proof.outcome import opened
+from tests.proof.seal import Sealed
+from tests.proof.tables import between_marks, by_effect, failures, report, short, weak
+from tests.proof.tally import Share, brier, confusion, reliability
+from tests.proof.tally import intervals as held
+
+NAMED = {"saturation": ("F", {"upper": 9.0}), "hum": ("sense", {"amplitude": 0.02}), "echo": ("G2", {"share": 0.1})}
+
+
+def entry(stratum, concealed, *found, verdict="explained", stage=None, after=0.0101, number=0):
+    """Return an entry of a study: the ids concealed, and (id, stage, probability, alternatives) of every finding."""
+    pieces = [{"id": i, "stage": NAMED[i][0], "parameters": NAMED[i][1]} for i in concealed]
+    outside = stratum == "outside"
+    truth = json.dumps({
+        "stratum": stratum, "rig": {}, "laws": [{"name": i, "values": NAMED[i][1]} for i in concealed],
+        "z": [50.0] * len(concealed), "named": [] if outside else pieces, "unheard": pieces if outside else [],
+    })  # fmt: skip
+    effects = [
+        {
+            "id": i, "stage": at, "probability": p,
+            "parameters": {k: {"value": v, "ci95": [0.99 * v, 1.01 * v]} for k, v in NAMED.get(i, ("", {}))[1].items()},
+            "could_also_be": [{"id": j, "stage": at, "probability": q} for j, q in others],
+        }
+        for i, at, p, others in found
+    ]  # fmt: skip
+    said = {
+        "verdict": verdict, "effects": effects, "location": {"stage": stage, "alternatives": ["G1"]} if stage else None,
+        "fit": {"held_out": {"before": 0.03, "after": after, "noise": 0.01}},
+    }  # fmt: skip
+    reply = {
+        "said": said, "failure": "", "seconds": 4.0, "processor_s": 3.0, "simulation_s": 0.002, "samples": 1000,
+        "steps": [["fitting", 0.0], ["trying", 1.0]],
+    }  # fmt: skip
+    sealed = Sealed(truth, "salt")
+    return {
+        "trial": f"1/{stratum}/{number}", "commit": "abc", "seal": sealed.seal, "salt": "salt", "truth": truth,
+        "reply": reply,
+    }  # fmt: skip
+
+
+RIGHT = entry("single", ["saturation"], ("saturation", "F", 0.9, [("hum", 0.1)]), stage="F")
+SWAPPED = entry("single", ["saturation"], ("hum", "sense", 0.6, [("saturation", 0.3)]), stage="sense", number=1)
+QUIET = entry("null", [], verdict="consistent")
+ALARM = entry("null", [], ("hum", "sense", 0.7, []), stage="sense", number=1)
+UNHEARD = entry("outside", ["echo"], verdict="unexplained", stage="G2")
+FOOLED = entry("outside", ["echo"], ("hum", "sense", 0.8, []), stage="sense", number=1)
+PAIR = entry("pair", ["saturation", "hum"], ("saturation", "F", 0.9, []), verdict="partly_explained", stage="F")
+ALL = [opened(e) for e in (RIGHT, SWAPPED, QUIET, ALARM, UNHEARD, FOOLED, PAIR)]
+
+
+def test_a_truth_that_was_changed_after_sealing_is_refused():
+    with pytest.raises(ValueError, match="1/single/0: the truth is not what was sealed"):
+        opened(RIGHT | {"truth": RIGHT["truth"].replace("9.0", "9.1")})
+
+
+def test_a_right_name_a_swapped_one_and_a_wrong_one_are_told_apart():
+    right, swapped, _, alarm, unheard, fooled, pair = ALL
+    assert (right.first, right.within, right.placed, right.wrong) == (True, True, True, ())
+    assert (swapped.first, swapped.within, swapped.placed, swapped.wrong) == (False, True, False, ("hum",))
+    assert alarm.wrong == fooled.wrong == ("hum",)
+    assert (unheard.placed, unheard.wrong, unheard.first) == (True, (), False)
+    assert (pair.first, pair.within, pair.placed, pair.wrong) == (False, False, True, ())
+
+
+def test_a_name_beside_the_right_one_is_not_right():
+    both = opened(entry("single", ["saturation"], ("saturation", "F", 0.9, []), ("hum", "sense", 0.9, []), stage="F"))
+    assert not both.first
+    assert both.wrong == ("hum",)
+
+
+def test_intervals_are_those_of_right_names_at_their_stage():
+    assert held(ALL) == Share(2, 2)
+    elsewhere = opened(entry("single", ["saturation"], ("saturation", "G2", 0.9, [])))
+    assert held([elsewhere]) == Share(0, 0)
+    off = json.loads(json.dumps(RIGHT))
+    off["reply"]["said"]["effects"][0]["parameters"]["upper"]["ci95"] = [9.01, None]
+    assert held([opened(off)]) == Share(0, 1)
+
+
+def test_the_short_table_counts_what_was_asked_for():
+    told = dict(line.strip("| ").split(" | ")[::2] for line in short(ALL).splitlines() if line.startswith("| "))
+    assert told["nothing missing: false alarms"] == "1 of 2 (50 %)"
+    assert told["one effect: right name first, no other"] == "1 of 2 (50 %)"
+    assert told["one effect: right name among at most 3"] == "2 of 2 (100 %)"
+    assert told["two effects: both named"] == "0 of 1 (0 %)"
+    assert told["two effects: at least one, and no wrong name"] == "1 of 1 (100 %)"
+    assert told["outside: a wrong name called likelier than not"] == "1 of 2 (50 %)"
+    assert told["simulations' time an answer (median; most)"] == "1,500; 1,500"
+
+
+def test_odds_are_compared_with_what_was_true():
+    claims = [claim for o in ALL for claim in o.claims()]
+    assert [(c.probability, c.true) for c in claims] == [
+        (0.9, True), (0.1, False), (0.6, False), (0.3, True), (0.7, False), (0.8, False), (0.9, True),
+    ]  # fmt: skip
+    top = reliability(claims)[-1]
+    assert (top.low, top.said, top.true) == (0.9, 0.9, Share(2, 2))
+    assert brier(claims) == pytest.approx((0.01 + 0.01 + 0.36 + 0.49 + 0.49 + 0.64 + 0.01) / 7)
+
+
+def test_what_was_taken_for_what_is_counted_and_a_failure_is_no_answer():
+    broken = replace(ALL[0], said={}, reply={**ALL[0].reply, "failure": "boom"})
+    table = confusion([*ALL[:4], broken])
+    assert table["saturation"] == {"saturation": 1, "hum": 1, "failure": 1}
+    assert table["nothing"] == {"nothing": 1, "hum": 1}
+    assert "failure, boom" in failures([broken])
+
+
+def test_an_effect_found_too_seldom_is_listed_with_what_it_was_taken_for_and_why():
+    told = weak(ALL, {"saturation": ("hum",)})
+    assert told == "- `saturation` 1 of 2 (50 %); instead hum 1; exactly the same data: hum"
+    assert "| `saturation` | 50-50 | 1/2 | 2/2 | 1/2 | 1/1 | 2/2 |" in by_effect(ALL, {})
+
+
+def test_every_trial_that_went_wrong_is_in_the_report_and_no_other():
+    wrong = failures(ALL)
+    assert [line.split("`")[1] for line in wrong.splitlines()] == ["1/null/1", "1/outside/1", "1/pair/0", "1/single/1"]
+    assert wrong in report(ALL, {})
+    assert report([], {})
+
+
+def test_a_trial_is_told_in_one_line():
+    assert "saturation@F 0.90 upper 9 (8.91..9.09) | hum@F 0.10" in shown(RIGHT)
+    failed = {**RIGHT, "reply": {**RIGHT["reply"], "said": {}, "failure": "Traceback\nValueError: no"}}
+    assert shown(failed).endswith("FAILED ValueError: no")
+
+
+def test_tables_go_between_the_marks_of_a_page():
+    page = "a\n<!-- proof: begin -->\nold\n<!-- proof: end -->\nb\n"
+    assert between_marks(page, "new") == page.replace("old", "new")
+    with pytest.raises(ValueError, match="the page has no"):
+        between_marks("a", "new")
