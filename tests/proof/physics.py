@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+from scipy.signal import lfilter
 from scipy.special import wrightomega
 
 from tests.proof.integrator import (
@@ -227,6 +228,14 @@ def process_noise(v: Array, scene: Scene) -> Array:
     return v + scene.values["sd"] * np.fft.irfft(lines * kept, v.size) / np.sqrt(np.mean(kept))
 
 
+def low_passed_noise(v: Array, scene: Scene) -> Array:
+    """Add noise of ``sd`` [V] behind a first-order low-pass of ``bandwidth`` [Hz] to v; new in every run."""
+    keep = float(np.exp(-2.0 * np.pi * scene.values["bandwidth"] * scene.grid.step_s))
+    shocks = scene.rng_of_run.normal(0.0, scene.values["sd"], v.size)
+    shocks[1:] *= np.sqrt(1.0 - keep * keep)
+    return v + lfilter([1.0], [1.0, -keep], shocks)
+
+
 def resonance(signal: Array, scene: Scene) -> Array:
     """Pass the signal through wn^2 / (s^2 + 2 zeta wn s + wn^2), settled before the run."""
     wn, zeta = scene.values["w_n"], scene.values["zeta"]
@@ -343,6 +352,7 @@ WHERE: dict[str, tuple[Place, Change]] = {
     "extra_pole in G1": ("v", extra_pole),
     "resonance in G1": ("v", resonance),
     "process_noise": ("v", process_noise),
+    "process_noise, low-passed": ("v", low_passed_noise),
     "backlash": ("play", backlash),
     "unequal_slopes": ("play", unequal_slopes),
     "leak": ("play", leak),

@@ -263,6 +263,13 @@ def test_process_noise_has_its_size_and_its_band():
     assert power[above].sum() < 1e-12 * power.sum()
 
 
+def test_low_passed_noise_forgets_as_its_bandwidth_says():
+    v = physics.low_passed_noise(np.zeros(200_001), scene(sd=0.2, bandwidth=100.0))
+    assert np.std(v) == pytest.approx(0.2, rel=0.05)
+    lag = round(1.0 / (2.0 * np.pi * 100.0 * GRID.step_s))
+    assert np.corrcoef(v[lag:], v[:-lag])[0, 1] == pytest.approx(np.exp(-1.0), abs=0.05)
+
+
 def test_a_fast_clock_reads_ever_earlier():
     times = physics.clock_skew(GRID.sample_s, scene(ppm=200.0))
     assert times[0] == 0.0
