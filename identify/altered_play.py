@@ -15,13 +15,17 @@ from identify.ratchet import Kind, tables
 from identify.stage import Block, Grid, Parameter, Run, Shape, Values
 from identify.trace import Array
 
+CONTACTS = (np.arange(16) + 0.5) / 16 - 0.5  # a contact spread over a width is that of plays so much of it apart
+
 
 @dataclass(frozen=True)
 class Law:
     """How a play moves: its borders, how far they are pushed apart by speed, how they shake, and how w is held.
 
     In a step of holding w becomes keep w + climb; then a charge q that was absorbed takes and gives: w gains ``to_w``
-    times q - w, q loses ``to_q`` times it. ``second`` is the full gap of a second operator in V and its weight.
+    times q - w, q loses ``to_q`` times it. ``second`` is the full gap of a second operator in V and its weight. The
+    borders are s x + bend[0] x^2 + bend[1] x^3, x = v - d; contact is made evenly over ``spread_v``; ``bypass`` times v
+    goes past it all.
     """
 
     s_l: float
@@ -37,6 +41,9 @@ class Law:
     to_w: float = 0.0
     to_q: float = 0.0
     second: tuple[float, float] | None = None
+    bend: tuple[float, float] = (0.0, 0.0)
+    spread_v: float = 0.0
+    bypass: float = 0.0
 
     def operators(self) -> Iterator[tuple[float, "Law"]]:
         """Yield the weight and the law of every operator that shares in w."""
@@ -80,6 +87,8 @@ class AlteredPlay(Play):
             count = len(alteration.parameters())
             law, at = alteration.altered(law, values[at : at + count], grid), at + count
         parts = [(weight, _operator(part, grid)) for weight, part in law.operators()]
+        if law.bypass != 0.0:
+            parts.append((law.bypass, lambda block: block.signal))
         if len(parts) == 1:
             return parts[0][1], shape
         return (lambda block: np.asarray(sum(weight * run(block) for weight, run in parts))), shape
@@ -92,16 +101,23 @@ def altered(play: Play, alteration: Alteration) -> AlteredPlay:
 
 
 def _operator(law: Law, grid: Grid) -> Run:
-    """Return one running operator, from w = 0 with nothing absorbed."""
+    """Return one running operator, from w = 0 with nothing absorbed; ValueError for what is not run together."""
+    if law.spread_v > 0.0 and law.noise_v > 0.0:
+        raise ValueError("a contact that is spread and shaken by noise at once is not modelled")
     state, widening = (0.0, 0.0), _widening(law.late_s, grid)
     hold = (law.keep, law.climb, law.to_w, law.to_q)
+    spread = law.spread_v * CONTACTS
+    levels, charges = np.zeros(CONTACTS.size), np.zeros(CONTACTS.size)
 
     def run(block: Block) -> Array:
         nonlocal state
         v, out = block.signal, np.empty_like(block.signal)
         apart = widening(v) if law.late_s != 0.0 else 0.0
-        lower, upper = law.s_l * (v - apart - law.d_l_v), law.s_u * (v + apart - law.d_u_v)
-        if law.noise_v > 0.0:
+        lower = _border(v - apart - law.d_l_v, law.s_l, law.bend)
+        upper = _border(v + apart - law.d_u_v, law.s_u, law.bend)
+        if law.spread_v > 0.0:
+            kernels.plays_abreast(lower, upper, law.s_l * spread, law.s_u * spread, hold, levels, charges, out)
+        elif law.noise_v > 0.0:
             sd_l, sd_u = abs(law.s_l) * law.noise_v, abs(law.s_u) * law.noise_v
             state = kernels.noisy_play(lower, upper, sd_l, sd_u, law.renewed, tables(law.kind), hold, state, out)
         else:
@@ -109,6 +125,13 @@ def _operator(law: Law, grid: Grid) -> Run:
         return out
 
     return run
+
+
+def _border(x: Array, slope: float, bend: tuple[float, float]) -> Array:
+    """Return a border at a distance x from where it crosses the v axis."""
+    if bend == (0.0, 0.0):
+        return slope * x
+    return np.asarray(x * (slope + x * (bend[0] + x * bend[1])))
 
 
 def _widening(late_s: float, grid: Grid) -> Callable[[Array], Array]:

@@ -28,16 +28,19 @@ class Chain:
     """Stages in the order of the signal, and the value of every parameter by full name.
 
     A local parameter ``hum.phase`` may also be given for one run: ``hum.phase[RUN]``. ``added`` lists the physics put
-    into the plain chain, whether it became a stage of its own or changed one.
+    into the plain chain, whether it became a stage of its own or changed one. ``tied`` names values that follow others:
+    (follower, leader) pairs; a follower is not searched.
     """
 
     stages: tuple[Stage, ...]
     values: Mapping[str, float]
     added: tuple[Stage, ...] = ()
+    tied: tuple[tuple[str, str], ...] = ()
 
     def __post_init__(self) -> None:
-        """Freeze the values."""
-        object.__setattr__(self, "values", MappingProxyType(dict(self.values)))
+        """Freeze the values, those that follow others at what they follow."""
+        follow = {follower: self.values[leader] for follower, leader in self.tied}
+        object.__setattr__(self, "values", MappingProxyType({**self.values, **follow}))
 
     def parameters(self) -> tuple[Parameter, ...]:
         """Return the parameters of all stages, in the order of the signal."""
@@ -129,6 +132,12 @@ def plain_chain(model: Model, intersample: Intersample = "held") -> Chain:
     for stage in (g1, f, g2):
         values |= dict(zip([p.name for p in stage.parameters()], stage.start_values(), strict=True))
     return Chain((source, g1, f, g2), values)
+
+
+def as_promised(chain: Chain, model: Model) -> Chain:
+    """Return the chain of a model with its borders' slopes tied where the rig file promises one slope for both."""
+    tied = isinstance(model.f, Backlash) and model.f.tied and chain.stage_of(Play) is not None
+    return replace(chain, tied=(("F.S_U", "F.S_L"),)) if tied else chain
 
 
 def f_stage(f: NonlinearF | LinearF) -> Play | CurvedPlay | Gain:
@@ -244,7 +253,7 @@ def model_of(chain: Chain, plain: Model) -> Model:
         if isinstance(stage, LinearBlock) and stage.name in ("G1", "G2"):
             blocks[stage.name] = stage.rational(values)
         elif isinstance(stage, Play):
-            f = Backlash(*values[:4])
+            f = Backlash(*values[:4], tied=isinstance(plain.f, Backlash) and plain.f.tied)
         elif isinstance(stage, CurvedPlay):
             f = stage.backlash(values)
         elif isinstance(stage, Gain):

@@ -131,10 +131,11 @@ def is_absent(parameter: Parameter, value: float) -> bool:
 def coordinates_of(
     chain: Chain, centre: Mapping[str, float], runs: Sequence[str], fixed: Sequence[str] = ()
 ) -> tuple[Coordinate, ...]:
-    """Return what is searched: every parameter neither fixed nor absent, local ones once for each run."""
+    """Return what is searched: every parameter neither fixed, tied to another nor absent; local ones in every run."""
     found: list[Coordinate] = []
+    held = (*fixed, *(follower for follower, _ in chain.tied))
     for parameter in chain.parameters():
-        if is_fixed(parameter.name, fixed) or is_absent(parameter, centre[parameter.name]):
+        if is_fixed(parameter.name, held) or is_absent(parameter, centre[parameter.name]):
             continue
         names = [local_name(parameter.name, run) for run in runs] if parameter.local else [parameter.name]
         found += [Coordinate(n, parameter, centre.get(n, centre[parameter.name])) for n in names]

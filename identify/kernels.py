@@ -205,6 +205,24 @@ def held_play(lower: Array, upper: Array, hold: Any, state: Any, out: Array) -> 
 
 
 @njit(error_model="numpy", cache=True)
+def plays_abreast(
+    lower: Array, upper: Array, later_l: Array, later_u: Array, hold: Any, w: Array, q: Array, out: Array
+) -> None:
+    """Run the mean of plays whose borders lie ``later_l`` below and ``later_u`` above the given ones.
+
+    Each holds its level as in ``held_play``; the levels ``w`` and charges ``q`` are left as they end.
+    """
+    for j in range(lower.size):
+        total = 0.0
+        for i in range(w.size):
+            free, charge = _held(hold[0], hold[1], hold[2], hold[3], w[i], q[i])
+            level = min(max(free, lower[j] - later_l[i]), upper[j] + later_u[i])
+            w[i], q[i] = level, charge + 0.5 * hold[3] * (level - free)
+            total += level
+        out[j] = total / w.size
+
+
+@njit(error_model="numpy", cache=True)
 def _looked_up(table: Array, at: float) -> float:
     """Return a table's value at a fractional index, straight between its entries and beyond its last."""
     i = min(int(at), table.size - 2)

@@ -19,12 +19,16 @@ class Rational:
 
 @dataclass(frozen=True)
 class Backlash:
-    """The play operator of eqs. (6)-(7): slopes in V/V, crossings of the v axis in V."""
+    """The play operator of eqs. (6)-(7): slopes in V/V, crossings of the v axis in V.
+
+    ``tied``: one slope by construction, s_u = s_l. Where the two slopes are merely the same numbers, each is a start.
+    """
 
     s_l: float
     d_l_v: float
     s_u: float
     d_u_v: float
+    tied: bool = field(default=False, kw_only=True)
 
 
 Points = tuple[tuple[float, float], ...]

@@ -18,7 +18,14 @@ VoltsPerSecond = Annotated[float, BeforeValidator(partial(quantity, unit="V/s"))
 Radians = Annotated[float, BeforeValidator(partial(quantity, unit="rad"))]
 Gain = Annotated[float, BeforeValidator(partial(quantity, unit="V/V"))]
 
-BY_SHAPE = Discriminator(lambda value: "mapping" if isinstance(value, dict | BaseModel) else "plain")
+
+
+def shape_of(value: object) -> str:
+    """Return the tag of a value: ``mapping`` or ``plain``."""
+    return "mapping" if isinstance(value, dict | BaseModel) else "plain"
+
+
+BY_SHAPE = Discriminator(shape_of)
 """Tells the two members of a union apart, ``Tag("mapping")`` and ``Tag("plain")``, so that one of them reports."""
 
 

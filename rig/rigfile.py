@@ -18,7 +18,7 @@ from identify.model import Backlash, CurvedBacklash, LinearF, Model, NonlinearF,
 from rig.errors import FileError, MisfitError, unknown
 from rig.linearblock import check_block, check_stable, may_start_unstable
 from rig.orders import UNIT_BACKLASH, OrdersForm, is_open, orders_dict, owns, unvalued
-from rig.rigforms import BlockForm, BordersForm, CurvesForm, FForm, NonlinearityForm, RigForm
+from rig.rigforms import BlockForm, BordersForm, CurvesForm, FForm, NonlinearityForm, OneSlopeForm, RigForm
 from rig.units import exact, quantity
 from rig.yamlfile import Document, Keys, parse_json, parse_yaml, read_text
 
@@ -140,7 +140,7 @@ def _valued_f(document: Document, keys: Keys, form: NonlinearityForm) -> Nonline
         return LinearF(form.linear.gain, form.linear.offset)
     if form.curved_backlash is not None:
         return _curved(document, (*keys, "curved_backlash"), form.curved_backlash)
-    assert isinstance(form.backlash, BordersForm)
+    assert isinstance(form.backlash, BordersForm | OneSlopeForm)
     return _backlash(document, (*keys, "backlash"), form.backlash)
 
 
@@ -166,14 +166,17 @@ def _points(document: Document, keys: Keys, pairs: list[list[float]]) -> Points:
     return tuple((v, w) for v, w in pairs)
 
 
-def _backlash(document: Document, keys: Keys, form: BordersForm) -> Backlash:
-    for name, slope in (("S_L", form.S_L), ("S_U", form.S_U)):
+def _backlash(document: Document, keys: Keys, form: BordersForm | OneSlopeForm) -> Backlash:
+    slopes = {"S": form.S} if isinstance(form, OneSlopeForm) else {"S_L": form.S_L, "S_U": form.S_U}
+    for name, slope in slopes.items():
         if slope <= 0:
             raise document.error("a border rises", *keys, name, value=f"{slope:g} V/V", allowed="above 0 V/V")
     if form.D_L < form.D_U:
         raise document.error("the borders are exchanged", *keys, "D_L", value=f"{form.D_L:g} V",
                              allowed=f"at least D_U = {form.D_U:g} V",
                              do="the loading border lies right of the unloading one")
+    if isinstance(form, OneSlopeForm):
+        return Backlash(form.S, form.D_L, form.S, form.D_U, tied=True)
     return Backlash(form.S_L, form.D_L, form.S_U, form.D_U)
 
 
@@ -284,6 +287,8 @@ def _f_dict(f: NonlinearF | LinearF) -> dict[str, Any]:
     if isinstance(f, CurvedBacklash):
         curves = {"L": f.loading, "U": f.unloading}
         return {"curved_backlash": {s: [[exact(v, "V"), exact(w, "V")] for v, w in c] for s, c in curves.items()}}
+    if f.tied:
+        return {"backlash": {"S": f.s_l, "D_L": exact(f.d_l_v, "V"), "D_U": exact(f.d_u_v, "V")}}
     return {"backlash": {"S_L": f.s_l, "D_L": exact(f.d_l_v, "V"), "S_U": f.s_u, "D_U": exact(f.d_u_v, "V")}}
 
 

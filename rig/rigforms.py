@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from rig.forms import BY_SHAPE, Form, Gain, Seconds, Volts
+from rig.forms import BY_SHAPE, Form, Gain, Seconds, Volts, shape_of
 from rig.orders import OrdersForm, is_orders
 
 Coefficients = Annotated[list[float], Field(min_length=1, max_length=30)]
@@ -27,6 +27,14 @@ class BordersForm(Form):
     D_U: Volts
 
 
+class OneSlopeForm(Form):
+    """The play operator whose borders have one slope by construction: one stage of the circuit makes both."""
+
+    S: Gain
+    D_L: Volts
+    D_U: Volts
+
+
 Curve = Annotated[list[Annotated[list[Volts], Field(min_length=2, max_length=2)]], Field(min_length=2, max_length=100)]
 
 
@@ -44,11 +52,19 @@ class LineForm(Form):
     offset: Volts = 0.0
 
 
+def _has_one_slope(node: object) -> bool:
+    """Return whether a backlash is given with one slope for both borders."""
+    return isinstance(node, OneSlopeForm) or (isinstance(node, dict) and "S" in node)
+
+
 class NonlinearityForm(Form):
     """F: one of its kinds."""
 
     backlash: Annotated[
-        Annotated[Literal["unknown"], Tag("plain")] | Annotated[BordersForm, Tag("mapping")], BY_SHAPE] | None = None
+        Annotated[Literal["unknown"], Tag("plain")] | Annotated[BordersForm, Tag("mapping")]
+        | Annotated[OneSlopeForm, Tag("one slope")],
+        Discriminator(lambda node: "one slope" if _has_one_slope(node) else shape_of(node)),
+    ] | None = None
     curved_backlash: CurvesForm | None = None
     linear: LineForm | None = None
 

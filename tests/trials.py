@@ -19,7 +19,8 @@ FINE = 32  # sub-steps of a sample in the integrator
 
 def model_of(rig: Rig, physics: Sequence[Physics] = ()) -> Model:
     """Return the product's model of a rig of the trial bench."""
-    f = LinearF(rig.s_l, -rig.s_l * rig.d_l_v) if rig.linear else Backlash(rig.s_l, rig.d_l_v, rig.s_u, rig.d_u_v)
+    borders = Backlash(rig.s_l, rig.d_l_v, rig.s_u, rig.d_u_v, tied=rig.tied)
+    f = LinearF(rig.s_l, -rig.s_l * rig.d_l_v) if rig.linear else borders
     return Model(
         rig.name, Rational(rig.g1_num, rig.g1_den), f, Rational(rig.g2_num, rig.g2_den, rig.dead_time_s), rig.noise_v,
         physics=tuple(physics),

@@ -55,18 +55,28 @@ def sensitivities(chain: Chain, scales: Scales, observation: Observation) -> Sen
 
     Raises ValueError where the chain cannot be simulated.
     """
-    per_noise = {name: scale / observation.noise_v for name, scale in scales.items()}
+    followers = {follower: scales[leader] for follower, leader in chain.tied if leader in scales}
+    per_noise = {name: scale / observation.noise_v for name, scale in {**scales, **followers}.items()}
     exact = tangents(chain, per_noise, grid_of(observation.trace, observation.substeps))
     if exact is not None:
-        return Sensitivities(exact.columns, _from_tangents(exact, observation))
+        at = dict(zip(per_noise, exact.columns, strict=True))
+        joined = tuple((at[leader], at[follower]) for follower, leader in chain.tied if follower in followers)
+        return Sensitivities(exact.columns[: len(scales)], _from_tangents(exact, observation, joined))
     return Sensitivities(tuple(range(len(scales))), _from_differences(chain, scales, observation))
 
 
-def _from_tangents(exact: Tangents, observation: Observation) -> Iterator[tuple[Array, Matrix]]:
-    """Yield residuals and rows of a chain that runs its derivatives beside its signals."""
+def _from_tangents(
+    exact: Tangents, observation: Observation, joined: tuple[tuple[int, int], ...]
+) -> Iterator[tuple[Array, Matrix]]:
+    """Yield residuals and rows of a chain that runs its derivatives beside its signals.
+
+    ``joined`` are columns of values that others follow, and those of the followers: the derivatives add up.
+    """
     white = _whitening(observation)
     for piece in observation.pieces(exact.samples):
         answer, rows = exact.run(piece.entering)
+        for leader, follower in joined:
+            rows[:, leader] += rows[:, follower]
         yield white((piece.y - answer) / observation.noise_v, rows, piece.use)
 
 

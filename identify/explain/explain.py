@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from threadpoolctl import threadpool_limits
 
+from identify.chain import as_promised
 from identify.effects import catalogue, chain_of
 from identify.effects.effect import Effect
 from identify.explain.answer import Answer
@@ -61,7 +62,7 @@ def _silent(sentence: str, share: float) -> None:
 
 def prepared(model: Model, data: Split, leave_out: Sequence[str] = ()) -> tuple[Bench, Hypothesis]:
     """Return the bench of hypotheses and the fitted plain model, on grids fine enough for it."""
-    chain = chain_of(model, intersample_of([o.trace for o in data.train]))
+    chain = as_promised(chain_of(model, intersample_of([o.trace for o in data.train])), model)
     kinds = tuple(kind for name, kind in catalogue().items() if name not in leave_out)
     bench = Bench(chain, data.train, model.fixed, kinds)
     coarse = bench.fitted(chain, ())

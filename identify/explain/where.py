@@ -50,7 +50,7 @@ def _inside(chain: Chain, v: Array, w: Array) -> Mask:
 
 def _tap_of_w(chain: Chain) -> int:
     """Return the index of the stage that makes w: F itself, before physics put behind it."""
-    return max(i for i, stage in enumerate(chain.stages) if stage.name == "F" and stage.place is Place.F)
+    return min(i for i, stage in enumerate(chain.stages) if stage.place is Place.F)
 
 
 def _age(still: np.ndarray) -> Array:

@@ -4,11 +4,12 @@ import inspect
 import math
 import sys
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 import pytest
 
-from identify.chain import Chain, plain_chain, simulate
+from identify.chain import Chain, as_promised, plain_chain, simulate
 from identify.effects import catalogue, physics_in, with_physics
 from identify.effects.effect import Effect, short
 from identify.evidence import Evidence, evidence_starts
@@ -17,7 +18,7 @@ from identify.model import Rational
 from identify.observe import Observation, refined
 from identify.trace import Trace
 from tests.proof.cases import CLEAN, LIBRARY, Case
-from tests.proof.rigs import OP_AMP
+from tests.proof.rigs import LINEAR, ONE_SLOPE, OP_AMP, Rig
 from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
 from tests.trials import model_of, observed, recorded
 
@@ -131,7 +132,6 @@ def test_forms_share_out_the_declared_parameters(kind: type[Effect]) -> None:
 
 STAIRS = staircase("stairs", FIG13_LEVELS_V[::2], 0.03)
 SINE = sine("sine", 31.25, 8.0, 2, 1)
-PLAIN = plain_chain(model_of(OP_AMP))
 TRACES = [Trace(s.name, s.rate_hz, s.u, s.u, start_s=2.0 + i) for i, s in enumerate((STAIRS, SINE))]
 
 
@@ -140,22 +140,37 @@ def answers(chain: Chain) -> np.ndarray:
     return np.concatenate([simulate(chain, trace, SUBSTEPS) for trace in TRACES])
 
 
+def promised_chain(rig: Rig) -> Chain:
+    """Return the plain chain of a rig file."""
+    return as_promised(plain_chain(model_of(rig)), model_of(rig))
+
+
+def home_of(effect: Effect) -> Rig:
+    """Return the op-amp rig with the rig file an effect may be missing from: mostly its own."""
+    return next(rig for rig in (OP_AMP, LINEAR, ONE_SLOPE) if effect.applicable(promised_chain(rig)))
+
+
+def plain_of(effect: Effect) -> Chain:
+    """Return the plain chain an effect is put into."""
+    return promised_chain(home_of(effect))
+
+
 def at_example(effect: Effect) -> Chain:
     """Return the op-amp rig with the effect at its example; what the example leaves out is a third of a scale."""
     values = {short(p.name): effect.example.get(short(p.name), 0.3 * p.scale) for p in effect.parameters()}
-    return effect.put_in(PLAIN, values)
+    return effect.put_in(plain_of(effect), values)
 
 
 @every_variant
 def test_at_its_absent_value_an_effect_is_the_identity(effect: Effect) -> None:
-    assert effect.applicable(PLAIN)
-    assert np.allclose(answers(effect.put_in(PLAIN, {})), answers(PLAIN), rtol=0, atol=1e-9)
+    plain = plain_of(effect)
+    assert np.allclose(answers(effect.put_in(plain, {})), answers(plain), rtol=0, atol=1e-9)
 
 
 @every_variant
 def test_an_effect_is_the_identity_where_the_signal_jumps_too(effect: Effect) -> None:
     """Behind blocks without dynamics a held level is still a held level."""
-    bare = plain_chain(replace(model_of(OP_AMP), g1=Rational((1.0,), (1.0,)), g2=Rational((1.0,), (1.0,))))
+    bare = plain_chain(replace(model_of(home_of(effect)), g1=Rational((1.0,), (1.0,)), g2=Rational((1.0,), (1.0,))))
     assert np.allclose(answers(effect.put_in(bare, {})), answers(bare), rtol=0, atol=1e-9)
     example = {name: value for name, value in effect.example.items() if name in map(short, names_of(effect))}
     assert np.all(np.isfinite(answers(effect.put_in(bare, example))))
@@ -168,7 +183,7 @@ def names_of(effect: Effect) -> list[str]:
 
 @every_variant
 def test_at_its_example_an_effect_changes_the_answer_beyond_the_noise(effect: Effect) -> None:
-    change = answers(at_example(effect)) - answers(PLAIN)
+    change = answers(at_example(effect)) - answers(plain_of(effect))
     assert np.all(np.isfinite(change))
     assert np.linalg.norm(change) > 5.0 * OP_AMP.noise_v
 
@@ -195,7 +210,7 @@ def test_a_model_with_the_effect_goes_to_a_chain_and_back(effect: Effect) -> Non
     chain = at_example(effect)
     (piece,) = physics_in(chain)
     assert (piece.id, piece.stage, piece.form) == (effect.id, effect.place.label, effect.form)
-    again = with_physics(PLAIN, (piece,))
+    again = with_physics(plain_of(effect), (piece,))
     assert physics_in(again) == (piece,)
     assert np.array_equal(answers(again), answers(chain))
 
@@ -210,7 +225,7 @@ def test_an_effect_says_itself_what_it_cannot_do_alone(effect: Effect) -> None:
     """It runs as a stage, or it refuses because it lives inside another; it never passes a signal unchanged."""
     chain = at_example(effect)
     assert chain.added == (effect,)
-    assert chain.stages != PLAIN.stages
+    assert chain.stages != plain_of(effect).stages
 
 
 # --- how an effect is found -----------------------------------------------------------------------------------------
@@ -238,7 +253,7 @@ def trial_of(case: Case) -> Trial:
     noise_v = case.rig.noise_v
     traces = [recorded(case.rig, s, case.physics, noise_v, case.seed, i * PAUSE_S) for i, s in enumerate(PLAYED)]
     seen = tuple(observed(trace, noise_v, SUBSTEPS) for trace in traces)
-    return Trial(seen, fit(plain_chain(model_of(case.nominal)), seen))
+    return Trial(seen, fit(promised_chain(case.nominal), seen))
 
 
 def price(effect: Effect, trial: Trial) -> float:
@@ -285,14 +300,21 @@ def test_a_planted_effect_is_found_from_the_evidence(case: Case) -> None:
         assert min(sign * low, sign * high) <= true <= max(sign * low, sign * high), (name, value, true)
 
 
-@pytest.fixture(scope="module", params=CLEAN, ids=name_of)
-def clean(request: pytest.FixtureRequest) -> tuple[Trial, Evidence]:
-    trial = trial_of(request.param)
+@cache
+def clean(case: Case) -> tuple[Trial, Evidence]:
+    """Return the trial of a case that conceals nothing."""
+    trial = trial_of(case)
     return trial, Evidence(trial.plain, trial.observations)
 
 
-@every_variant
-def test_an_effect_stays_silent_on_clean_data(effect: Effect, clean: tuple[Trial, Evidence]) -> None:
-    trial, evidence = clean
+def clean_cases(effect: Effect) -> tuple[Case, ...]:
+    """Return the clean rigs of the kind of rig file an effect is missing from."""
+    home = home_of(effect)
+    return CLEAN if home is OP_AMP else (Case(f"clean, {home.name}", home, (), (), 103),)
+
+
+@pytest.mark.parametrize(("effect", "case"), [(e, c) for e in VARIANTS for c in clean_cases(e)], ids=name_of)
+def test_an_effect_stays_silent_on_clean_data(effect: Effect, case: Case) -> None:
+    trial, evidence = clean(case)
     gains = [evidence.gain(effect, start) for start in evidence_starts(evidence, effect)]
     assert max(gains, default=0.0) < price(effect, trial)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from functools import cached_property
 
-from tests.proof.rigs import OP_AMP, RC, SKEWED, Rig, toleranced
+from tests.proof.rigs import LINEAR, ONE_SLOPE, OP_AMP, RC, SKEWED, Rig, toleranced
 from tests.proof.stimuli import Stimulus, held_out, training
 
 
@@ -107,6 +107,14 @@ LIBRARY = (
         "process_noise", OP_AMP, (Concealed("process_noise", {"sd": 0.011, "bandwidth": 730.0}),),
         (Finding("process_noise", "G1", {}),), 143,
     ),
+    Case(
+        "backlash", LINEAR, (Concealed("backlash", {"D_L": 0.21, "D_U": -0.13}),),
+        (Finding("backlash", "F", {"D_L": 0.21, "D_U": -0.13}),), 145,
+    ),
+    _known("unequal_slopes", ONE_SLOPE, 146, ("unequal_slopes", "unequal_slopes", "F", {"ratio": 1.031})),
+    _known("curved_border", OP_AMP, 131, ("curved_border", "curved_border", "F", {"k3": 0.021})),
+    _known("soft_knee", SKEWED, 147, ("soft_knee", "soft_knee", "F", {"width": 0.43})),
+    _known("plateau_tilt", RC, 148, ("plateau_tilt", "plateau_tilt", "F", {"k": 0.021})),
     _known("offset_drift", SKEWED, 122, ("offset_drift", "offset_drift", "sense", {"rate": 4.7e-3})),
     _known("gain_drift", SKEWED, 136, ("gain_drift", "gain_drift", "sense", {"rate": 8.3e-4})),
     _known("rectifying_sensor", OP_AMP, 137, ("rectifying_sensor", "rectifying_sensor", "sense", {"lost": 0.019})),
@@ -134,7 +142,7 @@ LIBRARY = (
 )  # fmt: skip
 
 OUTSIDE = (
-    _unknown("curved_border", OP_AMP, 131, "curved_border", {"k3": 0.021}),
+    _unknown("stick_slip", OP_AMP, 131, "stick_slip", {"stuck": 0.13}),
 )
 
 PAIRS = (

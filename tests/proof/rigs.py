@@ -43,6 +43,10 @@ SKEWED = replace(OP_AMP, name="skewed", s_l=7.0, d_l_v=1.0, s_u=8.5, d_u_v=-1.3)
 # One RC section each: a missing pole has no spare pole of the plain model to hide in.
 RC = replace(OP_AMP, name="RC", g1_den=(20.0, 1000.0), g2_den=(2.0, 1000.0))
 
+# One stage makes both slopes, and the rig file says so; and a rig whose file knows no gap at all.
+ONE_SLOPE = replace(OP_AMP, name="one slope", tied=True)
+LINEAR = replace(OP_AMP, name="linear", d_l_v=0.0, d_u_v=0.0, linear=True)
+
 THIRD = 1.0 / 3.0
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from identify import effects
-from identify.chain import Chain, local_name, plain_chain, simulate
+from identify.chain import Chain, as_promised, local_name, plain_chain, simulate
 from identify.effects import catalogue, chain_of, effect_of, physics_in, with_physics
 from identify.effects.offset_drift import OffsetDrift
 from identify.effects.plateau_droop import PlateauDroop
@@ -18,7 +18,7 @@ from identify.stage import Block, Grid, Place, Ramp
 from identify.trace import Trace
 from tests.proof.cases import Concealed
 from tests.proof.physics import Scene, diode_clamp
-from tests.proof.rigs import OP_AMP, RC, SKEWED
+from tests.proof.rigs import LINEAR, ONE_SLOPE, OP_AMP, RC, SKEWED
 from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
 from tests.trials import model_of, recorded
 
@@ -39,6 +39,17 @@ TWINS = {
         OP_AMP, Concealed("diode_clamp, lower", SERIES), Physics("diode_clamp", SHUNT, form="lower"),
     ),
     "diodes": (OP_AMP, Concealed("diode_clamp, both", SERIES), Physics("diode_clamp", SHUNT, form="both")),
+    "gap": (
+        LINEAR, Concealed("backlash", {"D_L": 0.7, "D_U": -0.4}),
+        Physics("backlash", {"S": 8.0, "D_L": 0.7, "D_U": -0.4}),
+    ),
+    "slopes": (ONE_SLOPE, Concealed("unequal_slopes", {"ratio": 1.13}), Physics("unequal_slopes", {"ratio": 1.13})),
+    "bend": (
+        SKEWED, Concealed("curved_border", {"k2": 0.21, "k3": -0.07}),
+        Physics("curved_border", {"k2": 0.21, "k3": -0.07}),
+    ),
+    "knee": (SKEWED, Concealed("soft_knee", {"width": 0.08}), Physics("soft_knee", {"width": 0.08})),
+    "bypass": (OP_AMP, Concealed("plateau_tilt", {"k": 0.13}), Physics("plateau_tilt", {"k": 0.13})),
     "leak": (OP_AMP, Concealed("leak", {"rate": 3.7}), Physics("plateau_droop", {"rate": 3.7})),
     "bias": (
         OP_AMP, Concealed("bias current", {"current": 21.0}), Physics("plateau_droop", {"current": 21.0}, form="bias"),
@@ -224,6 +235,37 @@ def test_skewed_clocks_play_the_same_in_blocks_of_any_size(ppm):
     run, _ = skew.begin((ppm,), grid, Ramp())
     parts = [run(Block(x[i : i + 700], x[i : i + 700], i, grid)) for i in range(0, t.size, 700)]
     assert np.allclose(np.concatenate(parts), np.sin(2.0 * np.pi * 40.0 * t * (1.0 - 1e-6 * ppm)), rtol=0, atol=2e-4)
+
+
+def test_a_gap_takes_the_place_of_a_line_with_its_offset_whichever_way_that_runs():
+    line = plain_chain(Model("m", Rational((1.0,), (1.0,)), LinearF(-3.0, 0.6), Rational((1.0,), (1.0,))))
+    gap = catalogue()["backlash"](Place.F)
+    assert not gap.applicable(chain_of(model_of(OP_AMP)))
+    with pytest.raises(ValueError, match="backlash takes the place of a straight line, and F is none"):
+        gap.put_in(chain_of(model_of(OP_AMP)), {})
+    v = np.concatenate(([0.0], np.linspace(0.0, 2.0, 50), np.linspace(2.0, 0.0, 50)))
+    trace = Trace("there and back", 1e3, v, v, "linear")
+    wide = gap.put_in(line, {"D_L": 0.7, "D_U": -0.3})
+    w = simulate(wide, trace)
+    assert w[50] == pytest.approx(-3.0 * (2.0 - 0.7))  # D_L is crossed on the way up
+    assert w[-1] == pytest.approx(-3.0 * 0.3)
+    turned = wide.with_values({"backlash.D_L": -0.3, "backlash.D_U": 0.7})
+    assert np.array_equal(simulate(turned, trace), w)
+    assert gap.upright(turned).values == wide.values
+    assert gap.upright(wide) is wide
+
+
+def test_slopes_are_unequal_only_where_one_slope_was_promised():
+    slopes = catalogue()["unequal_slopes"](Place.F)
+    assert not slopes.applicable(plain_chain(model_of(ONE_SLOPE)))
+    assert slopes.applicable(as_promised(plain_chain(model_of(ONE_SLOPE)), model_of(ONE_SLOPE)))
+    assert not slopes.applicable(as_promised(plain_chain(model_of(OP_AMP)), model_of(OP_AMP)))
+
+
+def test_a_spread_contact_shaken_by_noise_is_not_modelled():
+    both = (Physics("soft_knee", {"width": 0.1}), Physics("process_noise", {"sd": 0.1, "bandwidth": 1e3}))
+    with pytest.raises(ValueError, match="spread and shaken by noise at once is not modelled"):
+        simulate(chain_of(model_of(OP_AMP, both)), Trace("a", 1e4, np.zeros(3), np.zeros(3)))
 
 
 def test_a_dead_time_needs_a_source():

@@ -8,7 +8,8 @@ from scipy.optimize import minimize
 from scipy.stats import binom, chi2
 
 from identify import chain as chain_module
-from identify.chain import local_name, plain_chain
+from identify.chain import as_promised, local_name, plain_chain, simulate
+from identify.derivatives.sensitivities import sensitivities
 from identify.effects import chain_of
 from identify.fit import Coordinate, _Problem, chi_squared, coordinates_of, fit, is_fixed
 from identify.model import Backlash, LinearF, Model, Physics, Rational
@@ -17,7 +18,7 @@ from identify.stage import Parameter
 from identify.starts.search import on_bound
 from identify.trace import Trace
 from tests.proof.cases import Concealed
-from tests.proof.rigs import OP_AMP, RC, SKEWED, toleranced
+from tests.proof.rigs import ONE_SLOPE, OP_AMP, RC, SKEWED, toleranced
 from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
 from tests.trials import model_of, noisy, observed, recorded
 
@@ -322,3 +323,16 @@ def test_what_lies_behind_a_bound_is_told(rc):
     assert on_bound(pressed) == ("G2.den.s1",)
     assert pressed.beyond > 100.0
     assert fit(plain_chain(model_of(RC)), observations(rc)).beyond < 1e-3
+
+
+def test_one_slope_for_both_borders_is_searched_as_one_and_its_derivative_is_that_of_both():
+    model = model_of(ONE_SLOPE)
+    chain = as_promised(plain_chain(model), model)
+    seen = observed(recorded(ONE_SLOPE, SINE), NOISE_V, 1)
+    found = fit(chain.with_values({"F.S_L": 7.0}), [seen])
+    assert "F.S_U" not in [c.name for c in found.coordinates]
+    assert found.chain.values["F.S_U"] == found.chain.values["F.S_L"] == pytest.approx(8.0, rel=1e-3)
+    rows = sensitivities(chain, {"F.D_L": 1.0, "F.S_L": 2.0}, seen).slopes()
+    moved = (simulate(chain.with_values({"F.S_L": 8.0 + s}), seen.trace) for s in (1e-4, -1e-4))
+    by_hand = 2.0 * np.subtract(*moved) / 2e-4 / NOISE_V
+    assert np.allclose(rows[1], by_hand, rtol=0, atol=1e-6 * np.abs(by_hand).max())

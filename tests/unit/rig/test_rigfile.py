@@ -116,6 +116,18 @@ def test_a_wrong_rig_is_refused_with_its_line(wrong: str, right: str, message: s
     assert message in refused(PLAIN.replace(right, wrong))
 
 
+ONE_SLOPE = PLAIN.replace("S_L: 8, D_L: 1.25 V, S_U: 8,", "S: 8, D_L: 1.25 V,")
+
+
+def test_one_slope_for_both_borders_is_a_promise_of_the_circuit() -> None:
+    model = parse_rig(ONE_SLOPE, "r.yaml").model
+    assert model.f == Backlash(8.0, 1.25, 8.0, -1.25, tied=True)
+    assert parse_rig(model_to_yaml(model), "r.yaml").model == model
+    assert not isinstance(f := parse_rig(PLAIN, "r.yaml").model.f, Backlash) or not f.tied
+    assert "r.yaml:4: F.backlash.S: a border rises: -8 V/V" in refused(ONE_SLOPE.replace("S: 8", "S: -8"))
+    assert "unknown key 'S_U'; allowed: D_L, D_U, S" in refused(ONE_SLOPE.replace("S: 8", "S: 8, S_U: 8"))
+
+
 CURVED = PLAIN.replace("{backlash: {S_L: 8, D_L: 1.25 V, S_U: 8, D_U: -1250 mV}}", """{curved_backlash: {
     L: [[-1 V, -18 V], [1 V, -2 V], [3000 mV, 13 V]],
     U: [[-3 V, -14 V], [1 V, 18 V]]}}""")
