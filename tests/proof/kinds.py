@@ -7,7 +7,7 @@ strength of 1 is as strong as is still sensible; towards 0 the physics vanishes.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import exp
+from math import exp, log1p
 
 from tests.proof.detect import Reach, Values
 from tests.proof.rigs import Rig, Rng, between, first_order
@@ -106,8 +106,9 @@ def _diode(side: str) -> Draw:
 
 
 def _diode_told(values: Values) -> Values:
-    series = values["series"]
-    return {"knee": values["level"], "n_vt": values["knee"], "slope": series / (1.0 + series)}
+    series = values["series"]  # it adds to R: together they conduct as well as the diode at a lower level
+    knee = values["level"] - values["knee"] * log1p(series)
+    return {"knee": knee, "n_vt": values["knee"], "slope": series / (1.0 + series)}
 
 
 def _hum(most: Callable[[Reach], float]) -> Draw:
