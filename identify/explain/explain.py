@@ -13,7 +13,6 @@ from identify.explain.confirm import CONVINCING, adapted, improvement
 from identify.explain.explanation import Explanation
 from identify.explain.locate import located
 from identify.explain.select import Bench, Hypothesis, selected
-from identify.explain.survey import surveyed
 from identify.explain.warrant import Warranted, warranted
 from identify.holdout import Split, split
 from identify.model import Model
@@ -46,8 +45,6 @@ def _explained(model: Model, data: Split, note: Note, leave_out: Sequence[str]) 
     """Go the whole way with data already split."""
     note("fitting the plain model", 0.02)
     bench, plain = prepared(model, data, leave_out)
-    note("locating the mismatch", 0.1)
-    seen = surveyed(bench, plain)
     bench, final, rounds = selected(bench, plain, note)
     note("checking the names against free-form corrections", 0.75)
     plain = bench.fitted(plain.fit.chain, ())
@@ -56,7 +53,7 @@ def _explained(model: Model, data: Split, note: Note, leave_out: Sequence[str]) 
     data = replace(data, test=tuple(refined(o, earned.hypothesis.fit.chain) for o in data.test))
     kept, dropped = confirmed(bench, earned, data.test)
     note("done", 1.0)
-    return Answer(model, data, bench, plain, kept, rounds, dropped, seen).explanation()
+    return Answer(model, data, bench, plain, kept, rounds, dropped).explanation()
 
 
 def _silent(sentence: str, share: float) -> None:

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 from identify.explain.shape import Shape
-from identify.explain.survey import StageShare
 from identify.fit import Fit
 from identify.interval import Interval, number
 from identify.model import Model
@@ -157,7 +156,6 @@ class Explanation:
     train: tuple[Observation, ...]
     test: tuple[Observation, ...]
     profiles: tuple[Profile, ...]
-    survey: tuple[StageShare, ...]
     warnings: tuple[str, ...]
 
     def to_dict(self) -> dict[str, object]:
@@ -171,7 +169,6 @@ class Explanation:
                 "p_value": number(self.p_value, 3),
             },
             "location": self.location.to_dict() if self.location else None,
-            "stages": [share.to_dict() for share in self.survey],
             "effects": [finding.to_dict() for finding in self.effects],
             "fit": {
                 "unit": "V",

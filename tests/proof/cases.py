@@ -126,6 +126,7 @@ LIBRARY = (
     _known(
         "adc_nonlinearity", RC, 125, ("adc_nonlinearity", "adc_nonlinearity", "sense", {"k2": -2.3e-5, "k3": 7.1e-6})
     ),
+    _known("dac_quantisation", OP_AMP, 158, ("dac_quantisation", "dac_quantisation", "source", {"lsb": 0.0078431})),
     _known("source_pole", RC, 151, ("source_pole", "source_pole", "source", {"tau": 0.31e-3})),
     _known("source_nonlinearity", OP_AMP, 152, ("source_nonlinearity", "source_nonlinearity", "source", {"k": 9.3e-5})),
     Case(

@@ -13,6 +13,7 @@ from tests.trials import model_of
 
 SURE = 4.0  # standard deviations: of some thirty parameters none should be further off
 TOLD_ELSEWHERE = {  # the contract of effects tries them, too, and python -m tests.proof draws others like them
+    "dac_quantisation",
     "source_pole", "source_nonlinearity", "input_ac_coupling", "input_clipping", "resonance, G1", "resonance, G2",
     "clock_skew, fast ADC", "clock_skew, slow ADC", "slew_limit", "absorption", "absorption on plateaus",
     "rate_dependent_gap", "process_noise",

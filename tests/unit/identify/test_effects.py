@@ -74,6 +74,9 @@ TWINS = {
     ),
     "slew limit": (OP_AMP, Concealed("slew_limit", {"rate": 1130.0}), Physics("slew_limit", {"rate": 1130.0})),
     "feedthrough": (OP_AMP, Concealed("feedthrough", {"k": 0.037}), Physics("feedthrough", {"k": 0.037})),
+    "steps of the DAC": (
+        OP_AMP, Concealed("dac_quantisation", {"lsb": 0.0471}), Physics("dac_quantisation", {"lsb": 0.0471}),
+    ),
     "source pole": (RC, Concealed("source_pole", {"tau": 1.3e-3}), Physics("source_pole", {"tau": 1.3e-3})),
     "short source pole": (RC, Concealed("source_pole", {"tau": 2e-5}), Physics("source_pole", {"tau": 2e-5})),
     "curved source": (
@@ -223,6 +226,12 @@ def test_a_lag_before_g1_and_one_behind_it_are_the_same():
     assert np.array_equal(simulate(one, trace), simulate(other, trace))
     exact = {(kind.id, c.id, c.here, c.there) for kind in catalogue().values() for c in kind.confused_with if c.exact}
     assert {("source_pole", "extra_pole", None, Place.G1), ("extra_pole", "source_pole", Place.G1, None)} <= exact
+
+
+def test_a_measured_source_has_its_steps_already():
+    steps = catalogue()["dac_quantisation"](Place.SOURCE)
+    assert steps.applicable(plain_chain(model_of(OP_AMP)))
+    assert not steps.applicable(plain_chain(model_of(OP_AMP), "linear"))
 
 
 @pytest.mark.parametrize("ppm", [300.0, -300.0])

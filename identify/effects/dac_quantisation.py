@@ -1,0 +1,89 @@
+"""The generator's output has steps: it cannot say every voltage."""
+
+from typing import TYPE_CHECKING, ClassVar, final
+
+import numpy as np
+
+from identify.blocks import Source
+from identify.chain import Chain
+from identify.comb import FINEST, centred, comb, rounded
+from identify.effects.effect import Confusion, Effect
+from identify.stage import Grid, Parameter, Place, Run, Shape, Values, memoryless
+
+if TYPE_CHECKING:
+    from identify.evidence import Evidence
+
+# The size is found by comparing all (identify.comb). A fit moves it within those that round alike, and its interval is
+# that of the errors' size: the far narrower one of the edges, along which nothing has a slope, is not told.
+LSB = Parameter("dac_quantisation.lsb", "V", scale=5e-6, within=1.00001)
+WEIGHED = 4  # sizes compared with the plain parameters moved
+CLOSER = (0.1, 0.25, 0.4, 0.6, 0.75, 0.9)  # of the way through the sizes that round alike what is held long
+FIRM = 0.01  # search coordinates: a plain parameter known worse than that stays where it is
+FINER = (-0.12, -0.07, -0.03, 0.03, 0.07, 0.12)
+LOOKED_ELSEWHERE = 2.0 * np.log(FINEST)  # chi-squared that the best of so many sizes gains on noise
+
+
+@final
+class DacQuantisation(Effect):
+    """u rounded to whole steps of the DAC, as a command of few bits or a coarse generator is."""
+
+    id = "dac_quantisation"
+    title = "steps of the DAC"
+    equation = "u' = lsb round(u / lsb)"
+    sentence = (
+        "The generator puts out whole steps only: {}. Use a DAC of more bits or a smaller range of it, or let the "
+        "protocol play levels that are whole steps."
+    )
+    axis = "level of u"
+    fingerprint = "steps in v, images at the update rate"
+    places = (Place.SOURCE,)
+    declared = (LSB,)
+    absent: ClassVar = {"lsb": 0.0}
+    confused_with = (
+        Confusion("adc_quantisation", "a staircase: an ADC rounds what G2 has smoothed, a DAC what was asked for"),
+        Confusion("source_nonlinearity", "a slow ramp of u: steps repeat along it, a curve does not"),
+        Confusion("process_noise", "the same run twice: steps come again at the same levels, noise does not"),
+    )
+    example: ClassVar = {"lsb": 0.047}
+
+    def applicable(self, chain: Chain) -> bool:
+        """Return whether u is what a DAC was told to hold: a measured u has its steps already."""
+        source = chain.stage_of(Source)
+        return super().applicable(chain) and source is not None and source.held
+
+    def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
+        """Return the rounding at work."""
+        (lsb,) = values
+        return memoryless((lambda u: rounded(u, lsb)) if lsb > 0.0 else (lambda u: u), shape)
+
+    def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
+        """Return the step that explains most, if more than the best of all sizes would on noise."""
+        low, high = evidence.range(Place.SOURCE)
+        if not self.applicable(evidence.chain) or low == high:
+            return []
+        found = comb(evidence)
+        likely = [{"lsb": centred(step)} for step in found.best(high - low, WEIGHED)]
+        if not likely:
+            return []
+        best = min(likely, key=lambda values: self._left(evidence, values))
+        if evidence.gain(self, best) < LOOKED_ELSEWHERE:
+            return []
+        least, most = found.alike(best["lsb"])
+        for shares, first in ((CLOSER, least), (FINER, None)):
+            start = best["lsb"] if first is None else first
+            near = [{"lsb": centred(start + share * (most - least))} for share in shares]
+            best = evidence.best(self, [best, *near])
+        return [best]
+
+    def _left(self, evidence: "Evidence", values: dict[str, float]) -> float:
+        """Return what chi-squared is left with steps of a size once the plain parameters have moved, and a bit more.
+
+        Sizes whose errors are alike differ by less than what moving to first order leaves out.
+        """
+        change = evidence.change(self.put_in(evidence.chain, values))
+        fit, slopes = evidence.fitted, evidence.slopes
+        little = np.eye(len(fit.coordinates)) / FIRM**2
+        step = np.linalg.solve(slopes @ slopes.T + little, slopes @ (evidence.residual - change))
+        moved = {c.name: c.value(float(t + d)) for c, t, d in zip(fit.coordinates, fit.theta, step, strict=True)}
+        again = evidence.change(self.put_in(evidence.chain.with_values(moved), values))
+        return evidence.left_by(evidence.residual - again)

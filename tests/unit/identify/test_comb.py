@@ -1,0 +1,68 @@
+"""Is the size of a step found among all sizes, and are levels judged as a simulation judges them?"""
+
+import numpy as np
+import pytest
+
+from identify.chain import plain_chain
+from identify.comb import Comb, centred, comb, rounded
+from identify.effects.dac_quantisation import DacQuantisation
+from identify.evidence import Evidence
+from identify.fit import fit
+from identify.stage import Place
+from tests.proof.cases import Concealed
+from tests.proof.rigs import OP_AMP
+from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
+from tests.trials import model_of, observed, recorded
+
+LEVELS = np.array([-3.5, -2.87, -1.91, -1.3, -0.44, 0.31, 0.97, 1.66, 2.23, 2.81])
+LSB = 0.01573
+
+
+def of_error(error, rng):
+    """Return the comb of ten levels that are heard one by one, each with a little noise."""
+    return Comb(LEVELS, np.diag(np.full(LEVELS.size, 1e9)), 1e9 * (error + 1e-5 * rng.standard_normal(LEVELS.size)))
+
+
+def test_the_step_is_found_among_all():
+    found = of_error(rounded(LEVELS, LSB) - LEVELS, np.random.default_rng(3)).best(20.0, 4)
+    assert found[0] == pytest.approx(LSB, rel=1e-3)
+    assert len(found) == len(set(found)) <= 4
+
+
+def test_one_level_or_none_says_nothing_of_steps():
+    one = np.array([1.0])
+    assert Comb(one, np.eye(1), one).best(20.0, 4) == []
+    assert Comb(one[:0], np.eye(0), one[:0]).best(20.0, 4) == []
+
+
+def test_steps_that_round_alike_are_one_to_a_fit():
+    """Within these no level changes its code: all that a derivative sees is the size of the steps."""
+    u = np.linspace(-10.0, 10.0, 2001)
+    lsb = centred(0.0312345)
+    for near in (lsb - 1e-10, lsb + 1e-10):
+        assert np.allclose(rounded(u, near) / near, rounded(u, lsb) / lsb, rtol=0, atol=1e-9)
+    least, most = Comb(LEVELS, np.eye(10), LEVELS).alike(lsb)
+    assert least < lsb < most
+    codes = np.round(LEVELS / lsb)
+    assert np.array_equal(np.round(LEVELS / (least + 1e-9)), codes)
+    assert np.array_equal(np.round(LEVELS / (most - 1e-9)), codes)
+    assert not np.array_equal(np.round(LEVELS / (most + 1e-6)), codes)
+
+
+@pytest.fixture(scope="module")
+def evidence():
+    steps = (Concealed("dac_quantisation", {"lsb": LSB}),)
+    played = (staircase("stairs", tuple(0.93 * v for v in FIG13_LEVELS_V), 0.05), sine("sine", 10.0, 3.4, 2, 1))
+    seen = [observed(recorded(OP_AMP, s, steps, 0.01, i), 0.01, 1) for i, s in enumerate(played)]
+    return Evidence(fit(plain_chain(model_of(OP_AMP)), seen), seen)
+
+
+def test_what_a_comb_promises_a_simulation_gives(evidence):
+    steps = DacQuantisation(Place.SOURCE)
+    promised = comb(evidence).gains(np.array([LSB]))[0]
+    assert promised == pytest.approx(evidence.gain(steps, {"lsb": LSB}), rel=0.02)
+
+
+def test_steps_start_where_they_are(evidence):
+    (start,) = DacQuantisation(Place.SOURCE).starts(evidence)
+    assert start["lsb"] == pytest.approx(LSB, abs=2e-5)
