@@ -15,7 +15,8 @@ from identify.observe import Observation
 from identify.stage import Block, Place
 from identify.trace import Array
 
-KNOTS = 41
+AT_ENDS = np.concatenate(([0.0], np.geomspace(3e-4, 0.1, 12)))  # of the range: a limit may only just be met
+BETWEEN = np.linspace(0.1, 0.9, 17)[1:-1]
 SMALL = 1e-3  # of the range of the level: the height at which hats are passed on
 
 Law = Callable[[Array, Mapping[str, float]], Array]
@@ -31,7 +32,7 @@ class Levels:
     right: Array
 
     def gain(self, change: Array) -> float:
-        """Return the fall of chi-squared when the level changes by ``change`` (V, shape (KNOTS,)) at the knots."""
+        """Return the fall of chi-squared when the level changes by ``change`` (V) at the knots."""
         return float(change @ (2.0 * self.right - self.matrix @ change))
 
     def best(self, law: Law, options: Sequence[Mapping[str, float]]) -> dict[str, float]:
@@ -46,9 +47,8 @@ class Levels:
 
 
 def knots_between(low: float, high: float) -> Array:
-    """Return levels from low to high, closer to one another at the ends: a limit may only just be met."""
-    t = np.linspace(-1.0, 1.0, KNOTS)
-    return np.asarray(0.5 * (low + high) + 0.5 * (high - low) * (0.5 * t + 0.5 * np.sin(0.5 * np.pi * t)))
+    """Return levels from low to high, closer and closer to one another at the ends."""
+    return np.asarray(low + (high - low) * np.concatenate((AT_ENDS, BETWEEN, 1.0 - AT_ENDS[::-1])))
 
 
 def hats(chain: Chain, place: Place, knots: Array, observation: Observation) -> NDArray[np.float64]:

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 K2 = Parameter("curved_border.k2", "1/V", scale=0.1)
 K3 = Parameter("curved_border.k3", "1/V^2", scale=0.03)
+SAME = "only larger levels, where the shapes part: a law right behind F and borders bent alike are the same data"
 LAWS = {"square and cube": (K2, K3), "cube": (K3,), "square": (K2,)}
 SMALL = {"k2": 1e-3, "k3": 3e-4}
 
@@ -35,8 +36,8 @@ class CurvedBorder(InsidePlay):
     declared = (K2, K3)
     absent: ClassVar = {"k2": 0.0, "k3": 0.0}
     confused_with = (
-        Confusion("soft_saturation", "none: a monotone law right behind F is a bent border, exactly", exact=True),
-        Confusion("diode_clamp", "none: a monotone law right behind F is a bent border, exactly", exact=True),
+        Confusion("soft_saturation", SAME),
+        Confusion("diode_clamp", SAME),
         Confusion(
             "adc_nonlinearity",
             "a faster sine of the same amplitude: a law at y does not see w but what G2 leaves of it",

@@ -35,7 +35,11 @@ class SoftSaturation(Effect):
     declared = (LEVEL, KNEE, SLOPE)
     absent: ClassVar = {"level": 1e9, "knee": 1.0, "slope": 0.0}
     confused_with = (
-        Confusion("curved_border", "none: a monotone law right behind F is a bent border, exactly", exact=True),
+        Confusion(
+            "curved_border",
+            "only larger levels, where the shapes part: a law right behind F and borders bent alike are the same data",
+        ),
+        Confusion("diode_clamp", "a staircase with small steps through the knee: a diode has n V_T at every level"),
         Confusion(
             "adc_nonlinearity",
             "a faster sine of the same amplitude: a law at y does not see w but what G2 leaves of it",

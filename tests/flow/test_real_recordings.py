@@ -47,7 +47,7 @@ def test_the_diodes_between_two_filters_are_found_where_they_are(tmp_path: Path)
     rig_file = str(FOLDER / "wh2009" / "rig.yaml")
     told = explained(tmp_path, "train.h5", "--hold-out", "test.h5", "--rig", rig_file)
     assert [(e["id"], e["stage"]) for e in told["effects"]] == [("diode_clamp", "F")]
-    assert told["effects"][0]["form"] == "upper"
+    assert told["effects"][0]["form"] == "upper, resistor"
     assert 0.03 < told["effects"][0]["parameters"]["n_vt"]["value"] < 0.08  # V_T is 25 mV, n of a diode 1 to 2
     assert told["location"]["stage"] == "F"
     assert told["fit"]["held_out"]["after"] <= 0.7e-3

@@ -34,11 +34,19 @@ TWINS = {
         SKEWED, Concealed("soft_saturation, upper", {"level": 17.3}),
         Physics("soft_saturation", {"level": 17.3}, form="tanh upper"),
     ),
-    "diode": (OP_AMP, Concealed("diode_clamp", SERIES), Physics("diode_clamp", SHUNT)),
-    "diode below": (
-        OP_AMP, Concealed("diode_clamp, lower", SERIES), Physics("diode_clamp", SHUNT, form="lower"),
+    "diode": (
+        OP_AMP, Concealed("diode_clamp", SERIES), Physics("diode_clamp", SHUNT, form="upper, resistor"),
     ),
-    "diodes": (OP_AMP, Concealed("diode_clamp, both", SERIES), Physics("diode_clamp", SHUNT, form="both")),
+    "diode below": (
+        OP_AMP, Concealed("diode_clamp, lower", SERIES), Physics("diode_clamp", SHUNT, form="lower, resistor"),
+    ),
+    "diodes": (
+        OP_AMP, Concealed("diode_clamp, both", SERIES), Physics("diode_clamp", SHUNT, form="both, resistor"),
+    ),
+    "bare diode": (
+        OP_AMP, Concealed("diode_clamp", {"drop": 2e-5, "knee": 0.8}),
+        Physics("diode_clamp", {"n_vt": 0.8, "knee": 0.8 * float(np.log(0.8 / 2e-5))}),
+    ),
     "gap": (
         LINEAR, Concealed("backlash", {"D_L": 0.7, "D_U": -0.4}),
         Physics("backlash", {"S": 8.0, "D_L": 0.7, "D_U": -0.4}),
