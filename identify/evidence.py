@@ -18,6 +18,7 @@ from identify.effects.effect import Effect
 from identify.effects.hum import Hum
 from identify.fit import Fit
 from identify.levels import Levels, hats, knots_between
+from identify.noise import grid_step_v
 from identify.observe import Observation
 from identify.stage import Place
 from identify.taps import Tapped
@@ -26,7 +27,6 @@ from identify.trace import Array
 Matrix = NDArray[np.float64]
 LINES = ("amplitude", "third", "fifth")
 AT_BOUND = 1e-6
-DEPTHS = np.geomspace(2e-4, 0.5, 40)  # of the range of the answer, at which a limit of the readings is looked for
 FARTHEST = 0.5  # of a search coordinate, that a plain parameter is moved to first order
 SUBSTEPS = 1  # candidates are compared on the samples' own grid: the comparison needs no finer one
 
@@ -227,23 +227,15 @@ class Evidence:
         return {name: size * float(weight) for (name, size), weight in zip(sizes.items(), weights, strict=True)}
 
     @cached_property
-    def answer_v(self) -> Array:
-        """Return the fitted chain's answer where samples count, all runs in a row, V."""
+    def compared_v(self) -> tuple[Array, Array]:
+        """Return the fitted chain's answer and the residual where samples count, all runs in a row, V."""
         noise_v = np.repeat([o.noise_v for o in self.observations], [o.count for o in self.observations])
-        return np.asarray(np.concatenate([tapped.answer for tapped in self._tapped]) * noise_v)
+        return np.concatenate([tapped.answer for tapped in self._tapped]) * noise_v, self.residual * noise_v
 
-    def limits(self, sign: float, count: int) -> list[float]:
-        """Return the levels, V, at which the readings are likeliest cut off: above (sign 1) or below (-1).
-
-        With x the answer and r the residual beyond a level L, the sum of squares would fall by minus the sum of
-        (x - L) (2 r + x - L) if the answer stopped there; the plain parameters are taken to stay.
-        """
-        order = np.argsort(-sign * self.answer_v)
-        noise_v = np.repeat([o.noise_v for o in self.observations], [o.count for o in self.observations])
-        x, r = sign * self.answer_v[order], sign * (self.residual * noise_v)[order]
-        levels = x[0] - DEPTHS * (x[0] - x[-1])
-        gains = [-float(np.sum((x[:n] - at) * (2.0 * r[:n] + x[:n] - at))) for at, n in _beyond(x, levels)]
-        return [sign * float(levels[i]) for i in np.argsort(gains)[::-1][:count]]
+    @cached_property
+    def grid_step_v(self) -> float:
+        """Return the step of the grid on which all readings lie, V; 0 when they lie on none."""
+        return grid_step_v([o.trace for o in self.observations])
 
     def mains_lines(self, mains_hz: float, harmonics: Sequence[int], place: Place) -> dict[str, float]:
         """Return the waveform of the mains at ``place`` that explains the residual best, by Hum's short names.
@@ -280,12 +272,6 @@ class Evidence:
         return [
             (o.trace.name, slice(int(a), int(b))) for o, a, b in zip(self.observations, starts, ends, strict=True)
         ]
-
-
-def _beyond(falling: Array, levels: Array) -> list[tuple[float, int]]:
-    """Return every level with the number of values above it."""
-    counts = np.searchsorted(-falling, -levels)
-    return list(zip(levels.tolist(), counts.tolist(), strict=True))
 
 
 @dataclass(frozen=True)

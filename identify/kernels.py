@@ -271,3 +271,23 @@ def slewed(most: float, level: float, signal: Array, out: Array) -> float:
         level += min(max(signal[j] - level, -most), most)
         out[j] = level
     return level
+
+
+@njit(error_model="numpy", cache=True)
+def best_cut(y: Array, answer: Array, use: Any, longest: int) -> tuple[Array, Any]:
+    """Return, for every number of lost readings from 1 to ``longest``, the best first one and what it gains.
+
+    The gain is the fall of the sum of squares when all readings from there on are compared with the answer ``count``
+    samples later.
+    """
+    gains, at = np.zeros(longest), np.zeros(longest, dtype=np.int64)
+    for count in range(1, longest + 1):
+        total = 0.0
+        for k in range(y.size - count - 1, -1, -1):
+            if use[k]:
+                now, later = y[k] - answer[k], y[k] - answer[k + count]
+                total += now * now - later * later
+                if total > gains[count - 1]:
+                    gains[count - 1] = total
+                    at[count - 1] = k
+    return gains, at

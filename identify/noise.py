@@ -69,15 +69,23 @@ def noise_of(traces: Sequence[Trace], settle_s: float, declared_v: float | None 
 
 def quantisation_rms(traces: Sequence[Trace]) -> float:
     """Return the noise of the ADC's steps, LSB / sqrt(12), in V; 0 when the readings lie on no coarse grid."""
-    lsb = min((_grid_step(trace) for trace in traces), default=0.0)
-    return lsb / float(np.sqrt(12.0))
+    return grid_step_v(traces) / float(np.sqrt(12.0))
+
+
+def grid_step_v(traces: Sequence[Trace]) -> float:
+    """Return the step of the grid on which the readings of every recording lie, V; 0 when they lie on none.
+
+    A recording of one level lies on any grid.
+    """
+    step = min((_grid_step(trace) for trace in traces), default=0.0)
+    return step if np.isfinite(step) else 0.0
 
 
 def _grid_step(trace: Trace) -> float:
-    """Return the smallest step between distinct readings if all readings are multiples of it, else 0."""
+    """Return the smallest step between distinct readings if all are multiples of it, 0 if not, infinity for one."""
     levels = _levels(trace)
     if levels.size < 2:
-        return 0.0
+        return float("inf") if levels.size else 0.0
     step = float(np.min(np.diff(levels)))
     offsets = (levels - levels[0]) / step
     return step if float(np.max(np.abs(offsets - np.rint(offsets)))) < 0.05 else 0.0

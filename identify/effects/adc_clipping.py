@@ -6,6 +6,7 @@ import numpy as np
 
 from identify.effects.effect import Confusion, Effect
 from identify.stage import Grid, Parameter, Place, Run, Shape, Values, memoryless
+from identify.trace import Array
 
 if TYPE_CHECKING:
     from identify.evidence import Evidence
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
 UPPER = Parameter("adc_clipping.upper", "V")
 LOWER = Parameter("adc_clipping.lower", "V")
 SIDES = {"both": (UPPER, LOWER), "upper": (UPPER,), "lower": (LOWER,)}
+DEPTHS = np.geomspace(2e-4, 0.5, 40)  # of the range of the answer, at which a limit is looked for
 TRIED = 4  # levels on a side that are simulated, of all that the readings were compared with
 
 
@@ -61,6 +63,20 @@ class AdcClipping(Effect):
         best: dict[str, float] = {}
         for name, sign in (("upper", 1.0), ("lower", -1.0)):
             if self.form in ("both", name):
-                levels = evidence.limits(sign, TRIED)
+                levels = limits(*evidence.compared_v, sign)[:TRIED]
                 best = evidence.best(self, [{**best, name: level} for level in levels]) or best
         return [best] if len(best) == len(self.parameters()) else []
+
+
+def limits(answer_v: Array, residual_v: Array, sign: float) -> list[float]:
+    """Return levels, V, at which readings may be cut off, above (sign 1) or below (-1), the likeliest first.
+
+    With x the answer and r the residual beyond a level L, the sum of squares would fall by minus the sum of
+    (x - L) (2 r + x - L) if the answer stopped there; the plain parameters are taken to stay.
+    """
+    order = np.argsort(-sign * answer_v)
+    x, r = sign * answer_v[order], sign * residual_v[order]
+    levels = x[0] - DEPTHS * (x[0] - x[-1])
+    counts = np.searchsorted(-x, -levels)
+    gains = [-float(np.sum((x[:n] - at) * (2.0 * r[:n] + x[:n] - at))) for at, n in zip(levels, counts, strict=True)]
+    return [sign * float(levels[i]) for i in np.argsort(gains)[::-1]]

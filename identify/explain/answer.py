@@ -20,6 +20,8 @@ from identify.explain.explanation import (
 )
 from identify.explain.locate import Located
 from identify.explain.prove import Proof, proven
+from identify.explain.readings import Readings, location
+from identify.explain.readings import finding as of_readings
 from identify.explain.rivals import odds
 from identify.explain.select import Bench, Hypothesis, Round
 from identify.explain.shape import shape_of
@@ -43,14 +45,18 @@ class Answer:
 
     def __init__(
         self, model: Model, data: Split, bench: Bench, plain: Hypothesis, earned: Warranted, rounds: list[Round],
-        dropped: tuple[Effect, ...],
+        dropped: tuple[Effect, ...], readings: Readings,
     ) -> None:
         """Simulate the held-out data with the plain and the better model."""
         self.model, self.data, self.bench, self.rounds, self.dropped = model, data, bench, rounds, dropped
         self.plain, self.better, self.beyond = plain, earned.hypothesis, earned.beyond
         self.noise_v = data.noise.rms_v
         self.inflation = inflation(self.better.fit.chain, bench.observations, data.noise.freedom)
-        self.before_v = held_out_rms(adapted(plain.fit.chain, data.test), data.test)
+        self.readings = readings
+        mended = bool(readings.data is not readings.raw)
+        self.before = readings.before.fit.chain if mended else plain.fit.chain
+        self.raw = readings.raw if mended else replace(data, train=bench.observations)
+        self.before_v = held_out_rms(adapted(self.before, self.raw.test), self.raw.test)
         self.named_v = held_out_rms(adapted(self.better.fit.chain, data.test), data.test)
         self.proof = proven(self.beyond, data.test) if self.named_v > TO_THE_NOISE * self.noise_v else None
         self.after_v = self.proof.held_out_v if self.proof else self.named_v
@@ -59,8 +65,9 @@ class Answer:
     @property
     def verdict(self) -> Verdict:
         """Return one of the four verdicts."""
-        if self.better.effects:
-            return "explained" if self.named_v <= TO_THE_NOISE * self.noise_v else "partly_explained"
+        if self.better.effects or self.readings.found:
+            rest = not self.better.effects and self.beyond.significant
+            return "explained" if self.named_v <= TO_THE_NOISE * self.noise_v and not rest else "partly_explained"
         if self.beyond.significant or self.before_v > TO_THE_NOISE * self.noise_v:
             return "unexplained"
         return "consistent"
@@ -69,9 +76,11 @@ class Answer:
         """Return the answer."""
         chain = self.improved.fit.chain
         model = replace(model_of(chain, self.model), noise_v=self.noise_v, physics=physics_in(chain))
-        findings = tuple(self.finding(effect) for effect in self.better.effects)
+        findings = (
+            *(self.finding(effect) for effect in self.better.effects), *map(of_readings, self.readings.found)
+        )  # fmt: skip
         train = self.bench.observations
-        before = pooled_rms([o.used_residual(self.plain.fit.chain) for o in train])
+        before = pooled_rms([o.used_residual(self.before) for o in self.raw.train])
         after = pooled_rms([o.used_residual(chain) for o in train])
         return Explanation(
             verdict=self.verdict, sentence=self.sentence(findings), noise=self.data.noise, mismatch_v=before,
@@ -89,7 +98,9 @@ class Answer:
     @property
     def p_value(self) -> float:
         """Return how likely noise alone would make the mismatch; zero once physics was found in it."""
-        return 0.0 if self.better.effects else self.beyond.p_value
+        if self.better.effects:
+            return 0.0
+        return min([self.beyond.p_value, *(blemish.p_value for blemish in self.readings.found)])
 
     def without(self, effect: Effect) -> Chain:
         """Return the better model's chain less one effect, all other values as they are."""
@@ -121,6 +132,8 @@ class Answer:
         """Return the stage at which the mismatch enters and the stretch of its coordinate that holds it."""
         if self.better.effects:
             return self._location_of_effects()
+        if self.readings.found and not self.beyond.significant:
+            return location(self.readings.found, self.data)
         return self._location_of_correction() if self.beyond.significant else None
 
     def _location_of_effects(self) -> Location:

@@ -12,9 +12,10 @@ from identify.explain.answer import Answer
 from identify.explain.confirm import CONVINCING, adapted, improvement
 from identify.explain.explanation import Explanation
 from identify.explain.locate import located
+from identify.explain.readings import read, with_steps
 from identify.explain.select import Bench, Hypothesis, selected
 from identify.explain.warrant import Warranted, warranted
-from identify.holdout import Split, split
+from identify.holdout import Split
 from identify.model import Model
 from identify.observe import Observation, refined
 from identify.starts.orders import valued
@@ -38,13 +39,16 @@ def explain(
     """
     model, _ = stabilised(valued(model, [*traces, *hold_out]))
     with threadpool_limits(1, "blas"):  # the matrices are small: threads only wait for each other
-        return _explained(model, split(model, traces, hold_out), progress or _silent, leave_out)
+        return _explained(model, traces, hold_out, progress or _silent, leave_out)
 
 
-def _explained(model: Model, data: Split, note: Note, leave_out: Sequence[str]) -> Explanation:
-    """Go the whole way with data already split."""
+def _explained(
+    model: Model, traces: Sequence[Trace], hold_out: Sequence[Trace], note: Note, leave_out: Sequence[str]
+) -> Explanation:
+    """Go the whole way with a model that can be fitted."""
     note("fitting the plain model", 0.02)
-    bench, plain = prepared(model, data, leave_out)
+    readings = read(model, traces, hold_out, lambda data: prepared(model, data, leave_out), leave_out)
+    data, bench, plain = readings.data, readings.bench, readings.plain
     bench, final, rounds = selected(bench, plain, note)
     note("checking the names against free-form corrections", 0.75)
     plain = bench.fitted(plain.fit.chain, ())
@@ -52,8 +56,9 @@ def _explained(model: Model, data: Split, note: Note, leave_out: Sequence[str]) 
     note("confirming on held-out data", 0.9)
     data = replace(data, test=tuple(refined(o, earned.hypothesis.fit.chain) for o in data.test))
     kept, dropped = confirmed(bench, earned, data.test)
+    readings = with_steps(readings, kept.hypothesis.names, leave_out)
     note("done", 1.0)
-    return Answer(model, data, bench, plain, kept, rounds, dropped).explanation()
+    return Answer(model, data, bench, plain, kept, rounds, dropped, readings).explanation()
 
 
 def _silent(sentence: str, share: float) -> None:

@@ -8,6 +8,7 @@ from identify.chain import plain_chain, simulate
 from identify.effects import catalogue
 from identify.explain import explain
 from identify.model import Model
+from identify.readings import blemishes
 from identify.trace import Step, Trace
 from tests.proof.bench import Playable, Run, record
 from tests.trials import model_of
@@ -30,8 +31,8 @@ class Reply:
 
 
 def known_effects() -> frozenset[str]:
-    """Return the ids of the catalogue as it is installed."""
-    return frozenset(catalogue())
+    """Return the ids of what can be named, as it is installed: effects on the chain and blemishes of readings."""
+    return frozenset(catalogue()) | frozenset(blemishes())
 
 
 def exact_twins() -> dict[str, tuple[str, ...]]:

@@ -119,6 +119,10 @@ LIBRARY = (
     _known("gain_drift", SKEWED, 136, ("gain_drift", "gain_drift", "sense", {"rate": 8.3e-4})),
     _known("rectifying_sensor", OP_AMP, 137, ("rectifying_sensor", "rectifying_sensor", "sense", {"lost": 0.019})),
     Case(
+        "adc_quantisation", OP_AMP, (Concealed("adc_quantisation", {"lsb": 0.087}),),
+        (Finding("adc_quantisation", "sense", {"LSB": 0.087}),), 126,
+    ),
+    Case(
         "ac_coupling", SKEWED, (Concealed("ac_coupling", {"tau": 37.0}),),
         (Finding("ac_coupling", "sense", {"T": 37.0}),), 138,
     ),

@@ -1,0 +1,68 @@
+"""The steps of the ADC, where they are coarse enough to show in the mean reading."""
+
+from typing import TYPE_CHECKING, ClassVar, final
+
+import numpy as np
+from scipy.special import ndtr
+
+from identify.effects.effect import Confusion, Effect
+from identify.stage import Grid, Parameter, Place, Run, Shape, Values, memoryless
+from identify.trace import Array
+
+if TYPE_CHECKING:
+    from identify.evidence import Evidence
+
+LSB = Parameter("adc_quantisation.LSB", "V", "log")
+NOISE = Parameter("adc_quantisation.noise", "V", "log", within=30.0)
+SMOOTH = 1.0  # noise over step from which on the mean reading shows no steps: they are 1e-9 of an LSB
+LEAST = 0.02  # of a step: noise below it is not told from none
+
+
+@final
+class AdcQuantisation(Effect):
+    """A reading rounded to whole steps: on the mean, noise ahead of the converter rounds the steps off."""
+
+    id = "adc_quantisation"
+    title = "steps of the ADC"
+    equation = "y' = LSB round((y + n) / LSB), n the noise ahead of the ADC, its rms the value noise"
+    sentence = (
+        "The ADC reads in coarse steps: {}. Choose a smaller range of the ADC or amplify ahead of it; or add noise of "
+        "half a step and average."
+    )
+    axis = "level of y"
+    fingerprint = "residual on a grid"
+    places = (Place.SENSE,)
+    declared = (LSB, NOISE)
+    absent: ClassVar = {"LSB": 0.0, "noise": 1.0}
+    confused_with = (
+        Confusion("dac_quantisation", "a loopback cable from DAC to ADC: steps of the source are not those of the ADC"),
+    )
+    example: ClassVar = {"LSB": 0.31, "noise": 0.03}
+
+    def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
+        """Return the mean rounding at work."""
+        lsb, noise = values
+        if lsb == 0.0 or noise > SMOOTH * lsb:
+            return (lambda block: block.signal), shape
+        return memoryless(lambda y: rounded_mean(y, lsb, noise), shape)
+
+    def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
+        """Return the grid of the readings, where there is one."""
+        step = evidence.grid_step_v
+        if step == 0.0:
+            return []
+        spread = np.sqrt(max(evidence.observations[0].noise_v ** 2 - step**2 / 12.0, 0.0))
+        tried = sorted({max(float(spread), 0.1 * step), 0.1 * step, 0.3 * step})
+        best = evidence.best(self, [{"LSB": step, "noise": noise} for noise in tried])
+        return [best] if best else []
+
+
+def rounded_mean(y: Array, lsb: float, noise: float) -> Array:
+    """Return the mean of ``lsb`` round((y + n) / lsb) over Gaussian n: a staircase whose edges are its distribution."""
+    scaled = y / lsb
+    whole, width = np.rint(scaled), max(noise / lsb, LEAST)
+    part = scaled - whole
+    mean = whole.copy()
+    for edge in (0.5, 1.5, 2.5, 3.5):
+        mean += ndtr((part - edge) / width) - ndtr((-part - edge) / width)
+    return np.asarray(lsb * mean)

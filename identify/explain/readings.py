@@ -1,0 +1,96 @@
+"""What is wrong with the readings, before any physics of the chain is looked for?
+
+Blemishes of the readings are found against the fitted plain model and undone; the model is fitted again without them,
+and the recordings are looked at once more against that: what only a model led astray had shown is then gone.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from identify.effects.effect import short
+from identify.explain.explanation import Finding, Location, Range
+from identify.explain.rivals import CEILING
+from identify.explain.select import Bench, Hypothesis
+from identify.holdout import Split, split
+from identify.model import Model
+from identify.natural_units import shown_interval
+from identify.readings.blemish import Blemish
+from identify.readings.grid import adc_steps
+from identify.readings.mend import Mended, mended
+from identify.stage import Place
+from identify.trace import Trace
+
+LOOKS = 3
+Prepared = Callable[[Split], tuple[Bench, Hypothesis]]
+
+
+@dataclass(frozen=True)
+class Readings:
+    """The data as recorded and with their blemishes undone, the blemishes, and the plain model fitted to either."""
+
+    raw: Split
+    before: Hypothesis
+    data: Split
+    bench: Bench
+    plain: Hypothesis
+    found: tuple[Blemish, ...]
+
+
+def read(
+    model: Model, traces: Sequence[Trace], hold_out: Sequence[Trace], prepared: Prepared, leave_out: Sequence[str]
+) -> Readings:
+    """Return the recordings as they are to be explained; ``prepared`` fits the plain model.
+
+    A rough look, a fit without what it shows, a close look: until the close one confirms the rough one, or is all
+    there is.
+    """
+    raw = split(model, traces, hold_out)
+    bench, before = prepared(raw)
+    rough = mended(before.fit.chain, traces, hold_out, raw.noise.rms_v, leave_out, rough=True)
+    seen = Mended(tuple(traces), tuple(hold_out), ())
+    for _ in range(LOOKS):
+        if not rough.found or len(seen.found) >= len(rough.found):
+            break
+        better = prepared(split(model, rough.training, rough.proof))[1].fit.chain
+        seen = mended(better, traces, hold_out, raw.noise.rms_v, leave_out)
+        rough = mended(better, traces, hold_out, raw.noise.rms_v, leave_out, rough=True)
+    if not seen.found:
+        return Readings(raw, before, raw, bench, before, ())
+    data = split(model, seen.training, seen.proof)
+    return Readings(raw, before, data, *prepared(data), seen.found)
+
+
+def with_steps(readings: Readings, explained: Sequence[str], leave_out: Sequence[str]) -> Readings:
+    """Return the readings with the steps of the ADC among their blemishes, where no effect already tells of them."""
+    if "adc_quantisation" in (*explained, *leave_out):
+        return readings
+    traces = [o.trace for o in (*readings.raw.train, *readings.raw.test)]
+    return replace(readings, found=(*readings.found, *adc_steps(traces, readings.data.noise.rms_v)))
+
+
+def finding(blemish: Blemish) -> Finding:
+    """Return what is said of one blemish."""
+    parameters = {short(p.name): (blemish.values[short(p.name)], p.unit) for p in blemish.declared}
+    told = [f"{name} {shown_interval(interval, unit)}" for name, (interval, unit) in parameters.items()]
+    words = ", ".join(told) + (f" ({blemish.where})" if blemish.where else "")
+    others = blemish.confused_with
+    return Finding(
+        blemish.id, Place.SENSE.label, "", CEILING * (1.0 - blemish.p_value), parameters, blemish.equation,
+        blemish.sentence.format(words), (), others[0].would_separate if others else None,
+    )  # fmt: skip
+
+
+def location(blemishes: Sequence[Blemish], data: Split) -> Location:
+    """Return where blemishes are, when nothing else differs."""
+    traces = [o.trace for o in data.train]
+    end_s = max(trace.start_s + trace.size / trace.rate_hz for trace in traces)
+    everywhere = Range("clock time", min(trace.start_s for trace in traces), end_s, "s", 1.0)
+    ranges = tuple(_stretch(blemish) or everywhere for blemish in blemishes)
+    what = " and ".join(blemish.title for blemish in blemishes)
+    return Location(Place.SENSE.label, ranges, f"The mismatch is in the readings themselves: {what}.")
+
+
+def _stretch(blemish: Blemish) -> Range | None:
+    """Return the moment of a blemish that has one."""
+    position = blemish.values.get("position")
+    return Range("clock time", position.low, position.high, "s", 1.0) if position else None

@@ -1,0 +1,33 @@
+"""What is a blemish of the readings, so that one file holds all of it, as one file holds all of an effect?"""
+
+from abc import ABC
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+from identify.effects.effect import Confusion
+from identify.interval import Interval
+from identify.stage import Parameter, Place
+
+
+@dataclass(frozen=True)
+class Blemish(ABC):
+    """Something found in the readings: its values with intervals, and how likely chance alone would show it.
+
+    ``where`` says in which recordings, in words; ``p_value`` is that of readings not used to find it where there are
+    such, with every place it was looked for at paid.
+    """
+
+    values: Mapping[str, Interval]
+    p_value: float
+    where: str = ""
+
+    id: ClassVar[str]
+    title: ClassVar[str]
+    equation: ClassVar[str]
+    sentence: ClassVar[str]  # what the operator reads; {} is filled with the values and where they are
+    axis: ClassVar[str]
+    fingerprint: ClassVar[str]
+    places: ClassVar[tuple[Place, ...]] = (Place.SENSE,)
+    declared: ClassVar[tuple[Parameter, ...]]
+    confused_with: ClassVar[tuple[Confusion, ...]] = ()

@@ -1,0 +1,40 @@
+"""Do the readings lie on a grid: the steps of the ADC?"""
+
+from collections.abc import Sequence
+from typing import ClassVar, final
+
+import numpy as np
+
+from identify.effects.adc_quantisation import AdcQuantisation
+from identify.interval import Interval
+from identify.noise import grid_step_v
+from identify.readings.blemish import Blemish
+from identify.trace import Trace
+
+COARSE = 0.2  # of the noise: finer steps add less than a third of a per cent to its power, and are not worth a word
+
+
+@final
+class AdcSteps(Blemish):
+    """Readings in whole numbers of one step, too fine against the noise to show in their mean."""
+
+    id = AdcQuantisation.id
+    title = AdcQuantisation.title
+    equation = AdcQuantisation.equation
+    sentence = AdcQuantisation.sentence
+    axis = AdcQuantisation.axis
+    fingerprint = AdcQuantisation.fingerprint
+    declared: ClassVar = AdcQuantisation.declared[:1]
+    confused_with: ClassVar = AdcQuantisation.confused_with
+
+
+def adc_steps(traces: Sequence[Trace], noise_v: float) -> tuple[AdcSteps, ...]:
+    """Return the step of the grid that all readings of all recordings lie on, where it is not small against the noise.
+
+    Readings that lie on no grid would fall this near to one with a chance of one in ten each.
+    """
+    step = grid_step_v(traces)
+    if step < COARSE * noise_v:
+        return ()
+    distinct = sum(np.unique(trace.y[:]).size for trace in traces)
+    return (AdcSteps({"LSB": Interval(step, step, step)}, float(0.1 ** min(distinct, 300))),)

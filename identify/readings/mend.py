@@ -1,0 +1,55 @@
+"""What is wrong with the readings themselves, and what are the recordings without it?"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identify.chain import Chain, simulate
+from identify.noise import good, grid_step_v
+from identify.readings.blemish import Blemish
+from identify.readings.missing_samples import loss_in
+from identify.readings.spikes import Samples, outliers, spikes
+from identify.trace import Trace
+
+
+@dataclass(frozen=True)
+class Mended:
+    """Recordings without their blemishes, in the order given, and the blemishes."""
+
+    training: tuple[Trace, ...]
+    proof: tuple[Trace, ...]
+    found: tuple[Blemish, ...]
+
+
+def mended(
+    chain: Chain, training: Sequence[Trace], proof: Sequence[Trace], noise_v: float,
+    leave_out: Sequence[str] = (), rough: bool = False,
+) -> Mended:  # fmt: skip
+    """Return recordings with lost readings put back as gaps and spikes left out.
+
+    ``chain`` is the model they are compared with; where the blemishes may have led it astray the look is ``rough``.
+    A held-out recording is mended as the others are: what is wrong with it is its own, as the phase of its mains is.
+    """
+    found: list[Blemish] = []
+    traces = [*training, *proof]
+    answers = [simulate(chain, trace) for trace in traces]
+    if "missing_samples" not in leave_out:
+        losses = [loss_in(trace, answer, noise_v, rough) for trace, answer in zip(traces, answers, strict=True)]
+        traces = [loss.mended() if loss else trace for trace, loss in zip(traces, losses, strict=True)]
+        found += [loss.blemish() for loss in losses if loss]
+    if "spikes" not in leave_out:
+        lsb_v = grid_step_v([*training, *proof])
+        seen = [outliers(t, t.y[:] - answer, lsb_v) for t, answer in zip(traces, answers, strict=True)]
+        told, threshold = spikes(seen[: len(training)], seen[len(training) :])
+        if told:
+            found += told
+            traces = [without(t, o.beyond(threshold)) for t, o in zip(traces, seen, strict=True)]
+    return Mended(tuple(traces[: len(training)]), tuple(traces[len(training) :]), tuple(found))
+
+
+def without(trace: Trace, samples: Samples) -> Trace:
+    """Return a recording in which some samples do not count."""
+    valid = np.array(good(trace))
+    valid[samples] = False
+    return replace(trace, valid=valid)

@@ -1,0 +1,167 @@
+"""Were readings lost, so that what follows in the recording comes too early?
+
+From the sample ``position`` on, the recording is ``count`` samples ahead of the model's answer. Every count is tried at
+every position, on every second reading; the others have to confirm it. A loss is a step of the time axis by a whole
+number of samples: the readings just before and just after it must each be in time once it is mended. A clock that runs
+fast, or a delay, fails that.
+"""
+
+from dataclasses import dataclass
+from math import log
+from typing import ClassVar, final
+
+import numpy as np
+from scipy.stats import chi2
+
+from identify import kernels
+from identify.effects.effect import Confusion
+from identify.interval import Interval
+from identify.noise import good, period_of, stretches
+from identify.readings.blemish import Blemish
+from identify.stage import Parameter
+from identify.trace import Array, Mask, Trace, part
+
+LONGEST = 1100  # samples: a block of a USB converter is 512 or 1024
+WORK = 3e8  # products at most: bounds time on long recordings
+CONVINCING = 40.0  # fall of chi-squared, beyond the price of the search
+LAG_SD = 0.1  # samples: how well the lag on either side of a loss has to be known
+NEAR = 0.03  # of the run's movement, looked at on either side at least: whole edges, not the start of one
+LAG_OFF = 0.3  # samples by which it may differ once the loss is mended
+PART_OF_PERIOD = 0.7  # of a stimulus, up to which a loss is told from readings taken twice
+SHIFTS = (-3, -2, -1, 1, 2, 3)  # samples by which the whole recording may lie off: a delay, not a loss
+DROP = 3.84  # of chi-squared at the ends of a 95 % interval
+
+
+@final
+class MissingSamples(Blemish):
+    """Readings that were never stored: what follows moves up."""
+
+    id = "missing_samples"
+    title = "lost readings"
+    equation = "y'[k] = y[k + count] from position on"
+    sentence = (
+        "Readings were lost on the way to the computer, and what follows in the recording comes too early: {}. Read "
+        "out faster or in larger blocks, or have the converter number its readings. They are put back as gaps."
+    )
+    axis = "clock time"
+    fingerprint = "step in the time axis"
+    declared: ClassVar = (Parameter("missing_samples.position", "s"), Parameter("missing_samples.count", "1"))
+    confused_with: ClassVar = (
+        Confusion("clock_skew", "the same run again: a clock that runs fast does so evenly, and again"),
+        Confusion("dead_time", "the beginning of the run: a delay is there from the start"),
+    )
+
+
+@dataclass(frozen=True)
+class Loss:
+    """Readings lost in one recording: from sample ``at`` on, ``count`` of them; ``low`` to ``high`` bound ``at``."""
+
+    trace: Trace
+    at: int
+    count: int
+    low: int
+    high: int
+    p_value: float
+
+    def blemish(self) -> MissingSamples:
+        """Return what is reported: the place on the clock of the recordings, in s."""
+        start, step = self.trace.start_s, 1.0 / self.trace.rate_hz
+        position = Interval(*(start + step * k for k in (self.at, self.low, self.high)))
+        count = Interval(*(float(self.count),) * 3)
+        return MissingSamples({"position": position, "count": count}, self.p_value, f"run {self.trace.name}")
+
+    def mended(self) -> Trace:
+        """Return the recording with a gap where readings were lost, and all that follows in its time."""
+        return with_gap(self.trace, self.at, self.count)
+
+
+def with_gap(trace: Trace, at: int, count: int) -> Trace:
+    """Return a recording with ``count`` readings that do not count put in at ``at``, and as many less at its end."""
+    y, use = trace.y[:], np.array(good(trace))
+    bridge = np.linspace(float(y[max(at - 1, 0)]), float(y[at]), count + 2)[1:-1]
+    late = np.concatenate((y[:at], bridge, y[at : y.size - count]))
+    valid = np.concatenate((use[:at], np.zeros(count, dtype=bool), use[at : use.size - count]))
+    return Trace(
+        trace.name, trace.rate_hz, trace.u, late, trace.intersample, trace.start_s, trace.steps, valid, trace.from_rest
+    )
+
+
+def loss_in(trace: Trace, answer: Array, noise_v: float, rough: bool = False) -> Loss | None:
+    """Return the loss of readings that a recording shows against the model's answer, None when it shows none.
+
+    A ``rough`` look does not ask that both sides are in time: the model may have been led astray by the loss itself.
+    """
+    y, use = trace.y[:], good(trace)
+    longest = int(min(LONGEST, y.size // 3, WORK / y.size, PART_OF_PERIOD * _shortest_period(trace)))
+    if longest < 1:
+        return None
+    even = use & (np.arange(y.size) % 2 == 0)
+    gains, at = kernels.best_cut(y, answer, even, longest)
+    price = 2.0 * log(longest * y.size)
+    count = int(np.argmax(gains)) + 1
+    scatter = max(noise_v, _after(y, answer, use, int(at[count - 1]), count))
+    if gains[count - 1] < (CONVINCING + price) * scatter**2:
+        return None
+    first = int(at[count - 1])
+    proof = (_gain(y, answer, use & ~even, first, count) - _as_delay(y, answer, use & ~even)) / scatter**2
+    if proof < CONVINCING or not (rough or _in_time(y, answer, use, first, count, scatter)):
+        return None
+    first, low, high = _placed(y, answer, use, count, scatter)
+    return Loss(trace, first, count, low, high, float(chi2.sf(proof, 1)))
+
+
+def _shortest_period(trace: Trace) -> float:
+    """Return the shortest period of the stimulus in samples; infinite when it has none."""
+    periods = [period_of(part(trace.u, start, stop)) for start, stop in stretches(trace)]
+    return float(min((period for period in periods if period), default=np.inf))
+
+
+def _as_delay(y: Array, answer: Array, use: Mask) -> float:
+    """Return by how much the sum of squares falls at most when the whole recording is moved in time, V^2."""
+    inside = slice(max(SHIFTS), y.size - max(SHIFTS))
+    here = np.square(y - answer)[inside]
+    falls = [here - np.square(y - np.roll(answer, shift))[inside] for shift in SHIFTS]
+    return max(0.0, *(float(np.sum(fall[use[inside]])) for fall in falls))
+
+
+def _after(y: Array, answer: Array, use: Mask, at: int, count: int) -> float:
+    """Return the scatter of readings about the answer once the loss is mended, V: a model that fails proves less."""
+    misfit = _misfits(y, answer, at, count)
+    return float(np.sqrt(np.mean(np.square(misfit[use[: misfit.size]]))))
+
+
+def _misfits(y: Array, answer: Array, at: int, count: int) -> Array:
+    """Return readings less the answer at the times they were taken."""
+    return np.concatenate((y[:at] - answer[:at], y[at : y.size - count] - answer[at + count :]))
+
+
+def _gain(y: Array, answer: Array, use: Mask, at: int, count: int) -> float:
+    """Return by how much the sum of squares of the readings in use falls when the loss is mended, V^2."""
+    here, stop = slice(at, y.size - count), y.size - count
+    fall = np.square(y[here] - answer[here]) - np.square(y[here] - answer[at + count : stop + count])
+    return float(np.sum(fall[use[here]]))
+
+
+def _in_time(y: Array, answer: Array, use: Mask, at: int, count: int, scatter: float) -> bool:
+    """Return whether the readings on either side of a mended loss have the same lag against the answer."""
+    misfit, slope = _misfits(y, answer, at, count), np.gradient(answer)
+    slope = np.concatenate((slope[:at], slope[at + count :]))
+    weight = np.where(use[: misfit.size], slope, 0.0)
+    enough = max((scatter / LAG_SD) ** 2, NEAR * float(weight @ weight))
+    lags = []
+    for side in (slice(at - 1, None, -1) if at else slice(0, 0), slice(at, None)):
+        energy = np.cumsum(np.square(weight[side]))
+        if energy.size == 0 or energy[-1] < enough:
+            return False
+        stop = int(np.searchsorted(energy, enough)) + 1
+        lags.append(float(np.sum((misfit * weight)[side][:stop])) / float(energy[stop - 1]))
+    return abs(lags[1] - lags[0]) < LAG_OFF
+
+
+def _placed(y: Array, answer: Array, use: Mask, count: int, scatter: float) -> tuple[int, int, int]:
+    """Return where a loss of ``count`` readings begins, most likely and at the ends of its 95 % interval."""
+    stop = y.size - count
+    fall = np.square(y[:stop] - answer[:stop]) - np.square(y[:stop] - answer[count:])
+    gain = np.cumsum(np.where(use[:stop], fall, 0.0)[::-1])[::-1]
+    near = np.flatnonzero(gain > np.max(gain) - DROP * scatter**2)
+    return int(np.argmax(gain)), int(near[0]), int(near[-1])

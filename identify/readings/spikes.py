@@ -1,0 +1,176 @@
+"""Which single readings were thrown off: how often, and how far?
+
+A spike is one reading far from those beside it, at a moment of its own: not at a jump of the stimulus, not at the same
+place of every repeat, not where the model fails for many readings in a row. How many readings of noise alone would lie
+so far out is known, so the number beyond a threshold is a Poisson test; several thresholds are paid for.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar, final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+from scipy.stats import chi2, norm, poisson
+
+from identify.effects.effect import Confusion
+from identify.interval import Interval
+from identify.noise import good
+from identify.readings.blemish import Blemish
+from identify.stage import Parameter
+from identify.trace import Array, Mask, Trace
+
+BESIDE, AROUND = 17, 201  # readings whose median is the level, and whose median deviation is the scatter
+THRESHOLDS = (4.5, 5.0, 5.5, 6.5, 8.0)  # standard deviations
+CONVINCING = 1e-6  # chance of so many readings that far out
+DISTURBED = 1.3  # times the overall scatter: the model fails there, and no reading is judged
+STANDS_OUT = 2.0  # times the readings on either side: a corner that the model rounds is not one reading
+FLICKER = 0.35  # of an LSB: as a standard deviation it leaves one step of the ADC within every threshold
+ALONE = 1.0  # sd that spikes may be smaller than the threshold: else they are the tail of something else
+JUMP = 0.02  # of the range of u: a step of the stimulus, at which a reading may be off for other reasons
+AFTER_JUMP = 4  # samples
+Samples = NDArray[np.intp]  # numbers of samples
+TO_SD = 1.0 / norm.ppf(0.75)  # a median deviation as a standard deviation
+CONTRADICTED = 1e-3  # chance of so few spikes on held-out readings
+
+
+@final
+class Spikes(Blemish):
+    """Single readings thrown off by about the same size, upwards or downwards."""
+
+    id = "spikes"
+    title = "spikes"
+    equation = "y' = y + s size at moments of a Poisson process of the rate, s = +1 or -1"
+    sentence = (
+        "Single readings are thrown off: {}. Something switches nearby, or a digit is lost on the line; look for a "
+        "relay, a loose contact, a cable without a shield. They are left out of the fit."
+    )
+    axis = "clock time"
+    fingerprint = "isolated outliers"
+    declared: ClassVar = (Parameter("spikes.rate", "1/s", "log"), Parameter("spikes.size", "V", "log"))
+    confused_with: ClassVar = (
+        Confusion("coloured_noise", "a longer recording: spikes last one reading each, and the next is as good as any"),
+    )
+
+
+@dataclass(frozen=True)
+class Outliers:
+    """Readings of one recording against those beside them: how far in sd, the sd in V, and where they may be judged."""
+
+    trace: Trace
+    far: Array
+    sd_v: float
+    looked_at: Mask
+
+    def beyond(self, threshold: float) -> Samples:
+        """Return which readings lie alone beyond a threshold, as numbers of samples."""
+        size = np.abs(self.far)
+        beside = np.maximum(np.concatenate((size[1:], [0.0])), np.concatenate(([0.0], size[:-1])))
+        out = np.flatnonzero((size > threshold) & (size > STANDS_OUT * beside) & self.looked_at)
+        return np.asarray(out[~_repeated(self.trace, out)])
+
+
+def outliers(trace: Trace, residual: Array, lsb_v: float = 0.0) -> Outliers:
+    """Return every reading against the median of those beside it, where the model does not fail.
+
+    A reading that flickers between two steps of the ADC, ``lsb_v`` apart, is no outlier.
+    """
+    use = good(trace)
+    alone = residual - median_filter(residual, BESIDE, mode="nearest")
+    deviation = np.abs(alone)
+    sd_v = max(TO_SD * float(np.median(deviation[use])) if use.any() else 0.0, FLICKER * lsb_v)
+    calm = TO_SD * median_filter(deviation, AROUND, mode="nearest") <= DISTURBED * sd_v
+    return Outliers(trace, alone / (sd_v or np.inf), sd_v, use & calm & ~_jumps(trace.u[:]))
+
+
+def _jumps(u: Array) -> Mask:
+    """Return where the stimulus has just jumped, or is about to."""
+    jumps = np.flatnonzero(np.abs(np.diff(u)) > JUMP * np.ptp(u)) + 1
+    near = np.zeros(u.size, dtype=bool)
+    for shift in range(-1, AFTER_JUMP + 1):
+        near[np.clip(jumps + shift, 0, u.size - 1)] = True
+    return near if jumps.size < u.size // 20 else np.zeros(u.size, dtype=bool)
+
+
+def _repeated(trace: Trace, out: Samples) -> Mask:
+    """Return which outliers are met at the same place of another repeat of their step."""
+    place, label = out.astype(np.int64), np.full(out.size, -1)
+    labels = sorted({step.label for step in trace.steps})
+    for step in trace.steps:
+        inside = (out >= step.start) & (out < step.stop)
+        place[inside] -= step.start
+        label[inside] = labels.index(step.label)
+    keys = label * (trace.size + 1) + place
+    _, which, counts = np.unique(keys, return_inverse=True, return_counts=True)
+    return np.asarray((counts[which] > 1) & (label >= 0))
+
+
+def spikes(training: Sequence[Outliers], proof: Sequence[Outliers]) -> tuple[tuple[Spikes, ...], float]:
+    """Return the spikes of the recordings, and the threshold in sd from which a reading is left out (inf for none).
+
+    Chosen on the training recordings; not reported where the held-out ones show far fewer than they should.
+    """
+    count = sum(int(np.count_nonzero(o.looked_at)) for o in training)
+    found = {t: [o.beyond(t) for o in training] for t in THRESHOLDS}
+    chance = {t: _chance(sum(out.size for out in found[t]), count * _tail(t)) for t in THRESHOLDS}
+    threshold = min(THRESHOLDS, key=lambda t: chance[t])
+    p_value = len(THRESHOLDS) * chance[threshold]
+    if p_value > CONVINCING:
+        return (), float("inf")
+    sizes = np.concatenate([np.abs(o.far[out]) for o, out in zip(training, found[threshold], strict=True)])
+    rate_in, size, size_sd = _fitted(sizes, threshold)
+    if size < threshold - ALONE:
+        return (), float("inf")
+    seen = sum(o.beyond(threshold).size for o in proof)
+    expected = rate_in / count * _reached(size, threshold) * sum(int(np.count_nonzero(o.looked_at)) for o in proof)
+    if poisson.cdf(seen, expected) < CONTRADICTED:
+        return (), float("inf")
+    sd_v = float(np.median([o.sd_v for o in training]))
+    span_s = sum(np.count_nonzero(o.looked_at) / o.trace.rate_hz for o in training)
+    values = {
+        "rate": _rate(sizes.size, rate_in / sizes.size / span_s),
+        "size": Interval(sd_v * size, sd_v * (size - 1.96 * size_sd), sd_v * (size + 1.96 * size_sd)),
+    }
+    where = f"{sizes.size} in the runs fitted, {seen} in those held out"
+    return (Spikes(values, p_value, where),), threshold
+
+
+def _chance(seen: int, expected: float) -> float:
+    """Return the probability of so many readings or more that far out, from noise alone."""
+    return float(poisson.sf(seen - 1, expected)) if seen else 1.0
+
+
+def _tail(threshold: float) -> float:
+    """Return the share of Gaussian readings beyond a threshold on either side."""
+    return float(2.0 * norm.sf(threshold))
+
+
+def _reached(size: float, threshold: float) -> float:
+    """Return the share of spikes of a size that lie beyond a threshold, noise added."""
+    return float(norm.sf(threshold - size))
+
+
+def _fitted(sizes: Array, threshold: float) -> tuple[float, float, float]:
+    """Return how many spikes there are in all, their size and its standard error, in sd of the noise.
+
+    Maximum likelihood for one size in Gaussian noise of which only what lies beyond the threshold is seen; where sizes
+    scatter more than that, their rms.
+    """
+    scatter = float(np.std(sizes))
+    if sizes.size > 2 and scatter > 2.0:
+        size = float(np.sqrt(np.mean(np.square(sizes))))
+        return float(sizes.size), size, float(np.std(np.square(sizes))) / (2.0 * size * np.sqrt(sizes.size))
+    grid = np.linspace(max(threshold - 3.0, 0.5), float(np.max(sizes)) + 1.0, 2000)
+    squares = np.sum(np.square(sizes)) - 2.0 * grid * np.sum(sizes) + sizes.size * np.square(grid)
+    likelihood = -0.5 * squares - sizes.size * norm.logsf(threshold - grid)
+    size = float(grid[np.argmax(likelihood)])
+    inside = grid[likelihood > np.max(likelihood) - 0.5]
+    sd = max(0.5 * float(np.ptp(inside)), 1.0 / np.sqrt(sizes.size))
+    return float(sizes.size / _reached(size, threshold)), size, sd
+
+
+def _rate(seen: int, per_seen: float) -> Interval:
+    """Return a rate with its exact Poisson interval, from what was seen and the rate that each stands for."""
+    low, high = 0.5 * float(chi2.ppf(0.025, 2 * seen)), 0.5 * float(chi2.ppf(0.975, 2 * seen + 2))
+    return Interval(per_seen * seen, per_seen * low, per_seen * high)

@@ -1,0 +1,136 @@
+"""Are spikes, lost readings and steps of the ADC found where they are, and nowhere else?"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identify.chain import plain_chain, simulate
+from identify.effects.effect import Confusion, short
+from identify.readings import blemishes
+from identify.readings.blemish import Blemish
+from identify.readings.grid import COARSE, adc_steps
+from identify.readings.mend import mended
+from identify.readings.missing_samples import loss_in, with_gap
+from identify.readings.spikes import outliers, spikes
+from identify.trace import Step, Trace
+from tests.contract.test_effects import STAGES, UNITS
+from tests.proof.cases import Concealed
+from tests.proof.rigs import OP_AMP
+from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
+from tests.trials import model_of, recorded
+
+NOISE_V = OP_AMP.noise_v
+STAIRS = staircase("stairs", FIG13_LEVELS_V, 0.05, 2)
+SINE = sine("sine", 10.0, 3.4, 5, 2)
+CHAIN = plain_chain(model_of(OP_AMP))
+
+
+def recording(*physics, stimulus=STAIRS, seed=5, start_s=3.0):
+    trace = recorded(OP_AMP, stimulus, physics, NOISE_V, seed, start_s, 4)
+    steps = tuple(Step(s.label, s.kind, s.start, s.stop, s.repeat) for s in stimulus.segments)
+    return replace(trace, steps=steps)
+
+
+def noise_of(trace):
+    return trace.y - simulate(CHAIN, trace, 4)
+
+
+@pytest.mark.parametrize("kind", blemishes().values(), ids=lambda kind: kind.id)
+def test_a_blemish_tells_its_story_as_an_effect_does(kind: type[Blemish]):
+    assert {place.label for place in kind.places} <= set(STAGES[kind.id].split())
+    assert kind.sentence.format("4.2 mV").endswith(".")
+    assert all(p.unit in UNITS and p.name.startswith(f"{kind.id}.") for p in kind.declared)
+    assert all(short(p.name) in kind.equation for p in kind.declared)
+    assert all(isinstance(c, Confusion) and c.id in STAGES for c in kind.confused_with)
+    assert kind.confused_with
+
+
+@pytest.mark.parametrize("stimulus", [STAIRS, SINE], ids=lambda stimulus: stimulus.name)
+def test_clean_readings_have_no_blemish(stimulus):
+    for seed in range(4):
+        clean = recording(stimulus=stimulus, seed=seed)
+        assert mended(CHAIN, [clean], [], NOISE_V).found == ()
+
+
+def test_spikes_are_counted_measured_and_left_out():
+    spiked = recording(Concealed("spikes", {"rate": 20.0, "size": 0.09}))
+    (found,), threshold = spikes([outliers(spiked, noise_of(spiked))], [])
+    assert found.p_value < 1e-12
+    assert found.values["rate"].low < 20.0 < found.values["rate"].high
+    assert found.values["size"].low < 0.09 < found.values["size"].high
+    assert found.values["size"].high - found.values["size"].low < 0.01
+    told = mended(CHAIN, [spiked], [], NOISE_V)
+    left_out = np.flatnonzero(~told.training[0].valid)
+    assert left_out.size == outliers(spiked, noise_of(spiked)).beyond(threshold).size
+    assert np.abs(noise_of(spiked)[left_out]).min() > 0.04
+
+
+def test_one_spike_far_out_is_enough():
+    once = recording()
+    y = once.y.copy()
+    y[4321] += 0.2
+    told = mended(CHAIN, [replace(once, y=y)], [], NOISE_V)
+    assert [b.id for b in told.found] == ["spikes"]
+    assert not told.training[0].valid[4321]
+
+
+def test_what_every_repeat_shows_is_no_spike():
+    """A glitch of the DAC comes at the same place of every walk."""
+    glitchy = recording()
+    y = glitchy.y.copy()
+    y[[777 + step.start for step in glitchy.steps]] += 0.3
+    assert mended(CHAIN, [replace(glitchy, y=y)], [], NOISE_V).found == ()
+
+
+def test_spikes_that_the_held_out_readings_contradict_are_not_told():
+    spiked = recording(Concealed("spikes", {"rate": 30.0, "size": 0.2}))
+    clean = recording(seed=6)
+    seen, proof = (outliers(trace, noise_of(trace)) for trace in (spiked, clean))
+    assert spikes([seen], [seen])[0]
+    assert spikes([seen], [proof]) == ((), float("inf"))
+
+
+@pytest.mark.parametrize("count", [1.0, 7.0, 60.0])
+@pytest.mark.parametrize("stimulus", [STAIRS, SINE], ids=lambda stimulus: stimulus.name)
+def test_lost_readings_are_counted_and_put_back_as_a_gap(stimulus, count):
+    position_s = 3.0 + 0.4003
+    short_of = recording(Concealed("missing_samples", {"position": position_s, "count": count}), stimulus=stimulus)
+    told = mended(CHAIN, [short_of], [], NOISE_V)
+    (found,) = told.found
+    assert found.id == "missing_samples"
+    assert found.values["count"].value == count
+    assert found.values["position"].low <= position_s <= found.values["position"].high
+    left = noise_of(told.training[0])[told.training[0].valid]
+    assert np.sqrt(np.mean(left**2)) < 1.1 * NOISE_V
+
+
+@pytest.mark.parametrize(
+    ("what", "values"), [("clock_skew", {"ppm": 200.0}), ("dead_time", {"delay": 3e-4}), ("gain_drift", {"rate": 0.01})]
+)
+def test_what_is_no_step_of_the_time_axis_is_no_loss(what, values):
+    trace = recording(Concealed(what, values))
+    assert loss_in(trace, simulate(CHAIN, trace), NOISE_V) is None
+
+
+def test_a_gap_keeps_length_and_stimulus():
+    trace = Trace("a", 10.0, np.arange(6.0), np.arange(6.0), start_s=1.0)
+    gap = with_gap(trace, 2, 3)
+    assert gap.y.tolist() == [0.0, 1.0, 1.25, 1.5, 1.75, 2.0]
+    assert gap.valid.tolist() == [True, True, False, False, False, True]
+    assert (gap.u.tolist(), gap.start_s) == (trace.u.tolist(), 1.0)
+
+
+def test_steps_of_the_adc_are_told_when_they_matter_against_the_noise():
+    def rounded(lsb):
+        return adc_steps([recording(Concealed("adc_quantisation", {"lsb": lsb}))], NOISE_V)
+
+    (found,) = rounded(0.008)
+    assert found.values["LSB"].value == pytest.approx(0.008, rel=1e-9)
+    assert rounded(0.9 * COARSE * NOISE_V) == ()
+    assert adc_steps([recording()], NOISE_V) == ()
+
+
+def test_what_is_left_out_of_the_catalogue_is_not_looked_for():
+    spiked = recording(Concealed("spikes", {"rate": 20.0, "size": 0.2}))
+    assert mended(CHAIN, [spiked], [], NOISE_V, ("spikes",)).found == ()
