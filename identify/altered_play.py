@@ -138,7 +138,9 @@ def _widening(late_s: float, grid: Grid) -> Callable[[Array], Array]:
     """Return what makes of v by how many V its speed pushes each border away.
 
     The speed is the slope, at its end, of the parabola through three instants. Where v has turned round in between, its
-    speed was zero there, and the border stood where v turned: close to the instant before.
+    speed was zero there, and the border stood where v turned: close to the instant before. (Behind a block of first
+    order the slope jumps with its input; the parabola is then wrong for one instant by half the jump, which is what w
+    gains when the speed falls, taken as straight over the step.)
     """
     past = np.zeros(0)
 

@@ -202,15 +202,29 @@ class Evidence:
 
     def scaled(self, effect: Effect, values: Mapping[str, float]) -> float:
         """Return the factor on the change that an effect makes at ``values`` at which it explains most; 0 for none."""
+        return self._scaled(effect, values)[0]
+
+    def _scaled(self, effect: Effect, values: Mapping[str, float]) -> tuple[float, float]:
+        """Return that factor, and the fall of chi-squared it promises."""
         change = self.change(effect.put_in(self.chain, values))
         free = self.without_plain(change[None, :])[0]
-        energy = float(change @ free)
-        return float(self.residual @ free) / energy if energy > 0.0 else 0.0
+        energy, pull = float(change @ free), float(self.residual @ free)
+        return (pull / energy, pull**2 / energy) if energy > 0.0 else (0.0, 0.0)
+
+    def best_share(self, effect: Effect, name: str, options: Sequence[Mapping[str, float]]) -> dict[str, float]:
+        """Return the option that gains most once ``name`` is what explains most, a share from 0 to 1; empty if none is.
+
+        Every option has a small share already; the answer is taken to change in proportion to it.
+        """
+        scaled = [(*self._scaled(effect, values), values) for values in options]
+        shares = [(gain, {**values, name: factor * values[name]}) for factor, gain, values in scaled]
+        likely = [(gain, values) for gain, values in shares if 0.0 < values[name] < 1.0]
+        return max(likely, key=lambda item: item[0])[1] if likely else {}
 
     def proportion(self, effect: Effect, name: str, size: float) -> dict[str, float]:
         """Return the value of ``name`` that gains most where the answer changes in proportion to it; empty if none.
 
-        ``size`` is any value at which the change is well above rounding; other values are ``given`` and returned.
+        ``size`` is any value at which the change is well above rounding.
         """
         return self.proportions(effect, {name: size})
 

@@ -86,6 +86,4 @@ class DielectricAbsorption(InsidePlay):
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the time constant, tried from 50 samples up, that explains most with the fraction that suits it."""
         small = [{"fraction": SMALL, "tau": count * evidence.sample_s} for count in TAUS]
-        tried = [{**values, "fraction": SMALL * evidence.scaled(self, values)} for values in small]
-        best = evidence.best(self, [values for values in tried if 0.0 < values["fraction"] < 1.0])
-        return [best] if best else []
+        return [evidence.best_share(self, "fraction", small)]

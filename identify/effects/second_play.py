@@ -52,6 +52,4 @@ class SecondPlay(InsidePlay):
             return []
         d_l, d_u = (evidence.chain.values[f"F.D_{side}"] for side in "LU")
         small = [{"gap": times * abs(d_l - d_u), "weight": SMALL} for times in TIMES]
-        tried = [{**values, "weight": SMALL * evidence.scaled(self, values)} for values in small]
-        best = evidence.best(self, [values for values in tried if 0.0 < values["weight"] < 1.0])
-        return [best] if best else []
+        return [evidence.best_share(self, "weight", small)]

@@ -133,6 +133,28 @@ def test_what_is_proportional_is_solved_whatever_size_it_is_tried_with(drifting,
     assert drifting.gain(effect, start) > max(beside)
 
 
+@pytest.mark.parametrize(
+    ("concealed", "name", "tolerance"),
+    [
+        (Concealed("absorption", {"fraction": 0.013, "tau": 0.04}), "dielectric_absorption", 0.3),
+        (Concealed("second_play", {"gap": 3.25, "weight": 0.02}), "second_play", 0.1),
+    ],
+)
+def test_a_share_of_w_that_goes_another_way_has_a_start_that_is_about_right(concealed, name, tolerance):
+    seen = evidence_of(concealed)
+    effect = next(catalogue()[name].variants())
+    (start,) = effect.starts(seen)
+    share = "weight" if name == "second_play" else "fraction"
+    assert start[share] == pytest.approx(concealed.values[share], rel=tolerance)
+    assert seen.gain(effect, start) > 0.8 * seen.gain(effect, concealed.values)
+
+
+def test_a_share_below_zero_is_no_start():
+    seen = evidence_of(Concealed("absorption", {"fraction": -0.013, "tau": 0.04}))
+    options = [{"fraction": 0.01, "tau": tau} for tau in (0.03, 0.1)]
+    assert seen.best_share(catalogue()["dielectric_absorption"](Place.F, "every step"), "fraction", options) == {}
+
+
 @pytest.mark.parametrize("form", ["tanh both", "tanh upper", "tanh lower"])
 def test_a_weak_compression_has_a_start_that_gains(form):
     level = 150.0  # nine times the range of w
