@@ -58,6 +58,11 @@ class Effect(Stage):
         """Return the owner of the parameters: the id."""
         return self.id
 
+    @property
+    def shows_at(self) -> Place:
+        """Return the place behind which the signal is another: its own, unless the effect shows only further on."""
+        return self.place
+
     def parameters(self) -> tuple[Parameter, ...]:
         """Return the declared parameters; forms with fewer override this."""
         return self.declared

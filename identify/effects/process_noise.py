@@ -44,6 +44,11 @@ class ProcessNoise(InsidePlay):
     )
     example: ClassVar = {"sd": 0.03, "bandwidth": 2e3}
 
+    @property
+    def shows_at(self) -> Place:
+        """Return F: the mean of v stays as it is."""
+        return Place.F
+
     def altered(self, law: Law, values: Values, grid: Grid) -> Law:
         """Return the law whose borders shake."""
         sd_v, bandwidth_hz = values

@@ -138,7 +138,7 @@ class Answer:
 
     def _location_of_effects(self) -> Location:
         train, chain = self.bench.observations, self.better.fit.chain
-        ranges = {e: acting(e.axis, e.place, chain, self.without(e), train) for e in self.better.effects}
+        ranges = {e: acting(e.axis, e.shows_at, chain, self.without(e), train) for e in self.better.effects}
         stage = self.better.effects[0].place.label
         lines = [
             f"{e.place.label}, where {e.title} acts at {found[0].axis} {listed([_stretch(r) for r in found])}"

@@ -47,6 +47,14 @@ def test_a_delay_acts_at_the_frequency_played() -> None:
     assert found.low <= 10.0 <= found.high < 200.0
 
 
+def test_noise_in_front_of_the_gap_acts_behind_it() -> None:
+    noise = catalogue()["process_noise"](Place.G1, "white")
+    noisy = noise.put_in(PLAIN, {"sd": 0.03, "bandwidth": 1e3})
+    (found,) = acting("rate of w", noise.shows_at, noisy, PLAIN, [seen()])
+    assert found.share > 0.9
+    assert acting("rate of w", noise.place, noisy, PLAIN, [seen()])[0].share == 0.0
+
+
 def test_the_profile_of_a_residual_has_its_rms_in_every_bin() -> None:
     drifting = catalogue()["offset_drift"](Place.SENSE).put_in(PLAIN, {"rate": 0.1})
     one = seen()
