@@ -6,21 +6,24 @@ tables of all trials in the file into the README files.
 """
 
 import argparse
-import json
 import subprocess
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict
+from functools import partial
 from itertools import islice
 from pathlib import Path
 
 from tests.proof.ask import asked, exact_twins, known_effects
+from tests.proof.kinds import LIBRARY, UNHEARD
 from tests.proof.narration import shown
 from tests.proof.outcome import opened
 from tests.proof.seal import sealed
+from tests.proof.study import answered, append, worked
 from tests.proof.tables import between_marks, report, short
 from tests.proof.trial import STRATA, Key, drawn, plan
 
+NAMED, UNNAMED = (frozenset(kind.id for kind in kinds) for kinds in (LIBRARY, UNHEARD))
+REPLY = "reply"  # what an answered trial has and a sealed one has not
 LONG = Path(__file__).with_name("README.md")
 README = LONG.parents[2] / "README.md"
 
@@ -30,32 +33,23 @@ def main(words: list[str] | None = None) -> None:
     wanted = arguments(words)
     effects = known_effects()
     keys = list(islice(selected(wanted, effects), wanted.cases))
-    done = answered(wanted.out)
+    done = answered(wanted.out, REPLY)
     todo = [key for key in keys if key.text not in done]
     print(f"{len(keys)} trials, {len(keys) - len(todo)} of them answered before, into {wanted.out}", flush=True)
-    for number, line in enumerate(lines(todo, wanted, effects), 1):
+    work = partial(tried, effects=effects, out=wanted.out, at=commit())
+    for number, line in enumerate(worked(work, todo, wanted.jobs), 1):
         print(f"{number}/{len(todo)} {line}", flush=True)
     told(wanted, [key.text for key in keys])
 
 
-def lines(todo: list[Key], wanted: argparse.Namespace, effects: frozenset[str]) -> Iterator[str]:
-    """Try the trials, several at a time if asked, and yield each in one line as it ends."""
-    at = commit()
-    if wanted.jobs == 1:
-        yield from (tried(key, effects, wanted.out, at) for key in todo)
-        return
-    with ProcessPoolExecutor(wanted.jobs) as pool:
-        running = [pool.submit(tried, key, effects, wanted.out, at) for key in todo]
-        yield from (trial.result() for trial in as_completed(running))
-
-
 def told(wanted: argparse.Namespace, trials: list[str]) -> None:
     """Print the tables of the trials asked for, and write them where they belong if that was asked for too."""
-    done = answered(wanted.out)
+    done = answered(wanted.out, REPLY)
     outcomes = [opened(done[trial]) for trial in trials if trial in done]
-    print(report(outcomes, exact_twins()))
+    twins = exact_twins()
+    print(report(outcomes, twins))
     if wanted.write:
-        for page, text in ((README, short(outcomes)), (LONG, report(outcomes, exact_twins()))):
+        for page, text in ((README, short(outcomes, twins)), (LONG, report(outcomes, twins))):
             page.write_text(between_marks(page.read_text(encoding="utf-8"), text), encoding="utf-8")
 
 
@@ -65,50 +59,36 @@ def arguments(words: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--cases", type=int, default=66, help="how many trials; 66 are a round of the whole")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--stratum", action="append", choices=STRATA, help="only this; may be given again")
-    parser.add_argument("--effect", action="append", help="only trials about this id; may be given again")
+    parser.add_argument("--effect", action="append", help="only trials about this id; may be given again",
+                        choices=sorted(NAMED | UNNAMED), metavar="ID")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("proof.jsonl"))
     parser.add_argument("--write", action="store_true", help="write the tables into the README files")
-    return parser.parse_args(words)
+    wanted = parser.parse_args(words)
+    if wanted.effect and set(wanted.stratum or ()) & {"null", "pair"}:
+        parser.error("--effect: trials of the strata null and pair are about no single id")
+    return wanted
 
 
 def selected(wanted: argparse.Namespace, effects: frozenset[str]) -> Iterator[Key]:
     """Yield the trials asked for, without end."""
     about = frozenset(wanted.effect or ())
-    strata = wanted.stratum or (["single", "outside"] if about else STRATA)
-    keys = plan(wanted.seed, strata, effects | about)
-    return (key for key in keys if not about or key.about in about)
-
-
-def answered(out: Path) -> dict[str, dict[str, object]]:
-    """Return the answered trials of a file by key; a line that was cut is skipped."""
-    found = {}
-    for line in out.read_text(encoding="utf-8").splitlines() if out.exists() else ():
-        try:
-            entry = json.loads(line)
-        except json.JSONDecodeError:
-            continue
-        if "reply" in entry:
-            found[entry["trial"]] = entry
-    return found
+    if not about:
+        return plan(wanted.seed, wanted.stratum or STRATA, effects)
+    strata = wanted.stratum or [s for s, ids in (("single", NAMED), ("outside", UNNAMED)) if about & ids]
+    return (key for key in plan(wanted.seed, strata, effects | (about & NAMED)) if key.about in about)
 
 
 def tried(key: Key, effects: frozenset[str], out: Path, at: str) -> str:
     """Draw, seal, ask and open one trial; return it in one line."""
     trial = drawn(key, effects)
     truth = sealed(trial)
-    _append(out, {"trial": key.text, "seal": truth.seal})
+    append(out, {"trial": key.text, "seal": truth.seal})
     reply = asdict(asked(trial))
     opened = {"seal": truth.seal, "salt": truth.salt, "truth": truth.text}
     entry = {"trial": key.text, "commit": at, **opened, "reply": reply}
-    _append(out, entry)
+    append(out, entry)
     return shown(entry)
-
-
-def _append(out: Path, entry: dict[str, object]) -> None:
-    """Write one line at once, so that processes that share the file do not cut into each other's."""
-    with out.open("ab", buffering=0) as file:
-        file.write(json.dumps(entry).encode() + b"\n")
 
 
 def commit() -> str:

@@ -1,6 +1,7 @@
 """How is the proof told: a short table beside what was asked for, a long one for every effect, and all that failed."""
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -18,10 +19,13 @@ from tests.proof.tally import (
 
 BEGIN, END = "<!-- proof: begin -->", "<!-- proof: end -->"
 WEAK = 0.8
+Z_BANDS = (10.0, 30.0, 100.0, 1000.0, np.inf)
 Rows = list[tuple[str, str, str]]
+Twins = Mapping[str, Sequence[str]]
+"""For an id, the ids that give the same data exactly."""
 
 
-def short(outcomes: Sequence[Outcome]) -> str:
+def short(outcomes: Sequence[Outcome], twins: Twins) -> str:
     """Return the table of what was asked for and what was measured."""
     null, single, pair, outside, below = (
         [o for o in outcomes if o.stratum == s] for s in ("null", "single", "pair", "outside", "below")
@@ -29,6 +33,7 @@ def short(outcomes: Sequence[Outcome]) -> str:
     rows: Rows = [
         ("nothing missing: false alarms", "at most 1 %", str(share(null, lambda o: o.verdict != "consistent"))),
         ("one effect: right name first, no other", "90 %", str(share(single, lambda o: o.first))),
+        ("the same, or a name for exactly the same data", "", str(share(single, lambda o: _alike(o, twins)))),
         ("one effect: right name among at most 3", "97 %", str(share(single, lambda o: o.within))),
         ("one effect: right stage", "98 %", str(share(single, lambda o: o.placed))),
         ("one effect: a wrong name called likelier than not", "", str(share(single, confident_and_wrong))),
@@ -44,6 +49,12 @@ def short(outcomes: Sequence[Outcome]) -> str:
         *_cost(outcomes),
     ]
     return "\n".join([_head(outcomes), "", "| what | asked | measured |", "|---|---|---|", *map(_row, rows)])
+
+
+def _alike(outcome: Outcome, twins: Twins) -> bool:
+    """Return whether the one name given is the right one, or one that no experiment tells from it."""
+    (true,) = outcome.ids
+    return len(outcome.names) == 1 and outcome.names[0] in (true, *twins.get(true, ()))
 
 
 def _one_and_no_wrong(outcome: Outcome) -> bool:
@@ -88,8 +99,18 @@ def _middle_and_most(values: Sequence[float]) -> str:
     return f"{np.median(values):,.0f}; {max(values):,.0f}"
 
 
-def by_effect(outcomes: Sequence[Outcome], twins: Mapping[str, Sequence[str]]) -> str:
-    """Return a row for every effect; ``twins`` are the ids that give the same data exactly."""
+def by_z(outcomes: Sequence[Outcome]) -> str:
+    """Return how the right name depends on how clearly the physics shows."""
+    rows = []
+    for low, high in pairwise(Z_BANDS):
+        mine = [o for o in outcomes if o.stratum == "single" and low <= o.concealed[0].z < high]
+        rights = (share(mine, right) for right in (lambda o: o.first, lambda o: o.within, lambda o: o.placed))
+        rows.append((f"{low:.0f} to {high:.0f}" if np.isfinite(high) else f"{low:.0f} and more", *map(str, rights)))
+    return "\n".join(["| z | first | in set | stage |", "|---|---|---|---|", *map(_row, rows)])
+
+
+def by_effect(outcomes: Sequence[Outcome], twins: Twins) -> str:
+    """Return a row for every effect."""
     head = ("effect", "z", "first", "in set", "stage", "intervals", "held out", "same data as")
     single = [o for o in outcomes if o.stratum == "single"]
     rows = []
@@ -177,7 +198,7 @@ def _why(outcome: Outcome) -> str:
     return f"`{outcome.trial}` {concealed}: {outcome.verdict} at {stage}, {said}"
 
 
-def weak(outcomes: Sequence[Outcome], twins: Mapping[str, Sequence[str]]) -> str:
+def weak(outcomes: Sequence[Outcome], twins: Twins) -> str:
     """Return the effects that are named first in less than four trials of five, and what they are taken for."""
     single = [o for o in outcomes if o.stratum == "single"]
     lines = []
@@ -191,10 +212,11 @@ def weak(outcomes: Sequence[Outcome], twins: Mapping[str, Sequence[str]]) -> str
     return "\n".join(lines) or "None."
 
 
-def report(outcomes: Sequence[Outcome], twins: Mapping[str, Sequence[str]]) -> str:
+def report(outcomes: Sequence[Outcome], twins: Twins) -> str:
     """Return everything, as the README of the study holds it."""
     parts = {
-        "In short": short(outcomes),
+        "In short": short(outcomes, twins),
+        "How clearly must it show?": by_z(outcomes),
         "Every effect": by_effect(outcomes, twins),
         "Named first in less than 80 %": weak(outcomes, twins),
         "Outside the catalogue": outside_table(outcomes),

@@ -4,11 +4,13 @@ A fixed share of ``python -m tests.proof``: a rig with nothing missing and one w
 """
 
 import json
+from itertools import islice
 
 import pytest
 
-from tests.proof.__main__ import answered, main
+from tests.proof.__main__ import REPLY, arguments, main, selected
 from tests.proof.outcome import opened
+from tests.proof.study import answered
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +28,7 @@ def study(tmp_path_factory):
 def test_a_standard_trial_is_answered_rightly(study, capsys, words, verdict, names):
     main([*words, "--cases", "1", "--out", str(study)])
     assert "1 sealed trials" in capsys.readouterr().out
-    (outcome,) = (opened(entry) for entry in answered(study).values() if words[1] in entry["trial"])
+    (outcome,) = (opened(entry) for entry in answered(study, REPLY).values() if words[1] in entry["trial"])
     assert (outcome.verdict, outcome.names) == (verdict, names)
     assert outcome.placed is bool(names)
     assert all(holds for _, holds in outcome.intervals())
@@ -40,3 +42,16 @@ def test_the_seal_stands_before_the_answer_and_what_is_answered_is_not_asked_aga
     main(["--stratum", "null", "--cases", "1", "--seed", "3", "--out", str(study)])
     assert "1 trials, 1 of them answered before" in capsys.readouterr().out
     assert len(study.read_text().splitlines()) == len(lines) + 1
+
+
+@pytest.mark.parametrize("words", [("--effect", "gremlins"), ("--stratum", "null", "--effect", "hum")])
+def test_what_no_trial_is_about_is_refused(words, capsys):
+    with pytest.raises(SystemExit):
+        main(list(words))
+    assert "--effect" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("about", "stratum"), [("hum", "single"), ("echo", "outside")])
+def test_trials_about_one_id_are_of_the_stratum_it_belongs_to(about, stratum):
+    keys = islice(selected(arguments(["--effect", about]), frozenset()), 3)
+    assert [(key.about, key.stratum, key.number) for key in keys] == [(about, stratum, n) for n in range(3)]

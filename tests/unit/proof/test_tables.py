@@ -8,20 +8,20 @@ import pytest
 from tests.proof.narration import shown
 from tests.proof.outcome import opened
 from tests.proof.seal import Sealed
-from tests.proof.tables import between_marks, by_effect, failures, report, short, weak
+from tests.proof.tables import between_marks, by_effect, by_z, failures, report, short, weak
 from tests.proof.tally import Share, brier, confusion, reliability
 from tests.proof.tally import intervals as held
 
 NAMED = {"saturation": ("F", {"upper": 9.0}), "hum": ("sense", {"amplitude": 0.02}), "echo": ("G2", {"share": 0.1})}
 
 
-def entry(stratum, concealed, *found, verdict="explained", stage=None, after=0.0101, number=0):
+def entry(stratum, concealed, *found, verdict="explained", stage=None, after=0.0101, number=0, z=50.0):
     """Return an entry of a study: the ids concealed, and (id, stage, probability, alternatives) of every finding."""
     pieces = [{"id": i, "stage": NAMED[i][0], "parameters": NAMED[i][1]} for i in concealed]
     outside = stratum == "outside"
     truth = json.dumps({
         "stratum": stratum, "rig": {}, "laws": [{"name": i, "values": NAMED[i][1]} for i in concealed],
-        "z": [50.0] * len(concealed), "named": [] if outside else pieces, "unheard": pieces if outside else [],
+        "z": [z] * len(concealed), "named": [] if outside else pieces, "unheard": pieces if outside else [],
     })  # fmt: skip
     effects = [
         {
@@ -86,9 +86,11 @@ def test_intervals_are_those_of_right_names_at_their_stage():
 
 
 def test_the_short_table_counts_what_was_asked_for():
-    told = dict(line.strip("| ").split(" | ")[::2] for line in short(ALL).splitlines() if line.startswith("| "))
+    table = short(ALL, {"saturation": ("hum",)}).splitlines()
+    told = dict(line.strip("| ").split(" | ")[::2] for line in table if line.startswith("| "))
     assert told["nothing missing: false alarms"] == "1 of 2 (50 %)"
     assert told["one effect: right name first, no other"] == "1 of 2 (50 %)"
+    assert told["the same, or a name for exactly the same data"] == "2 of 2 (100 %)"
     assert told["one effect: right name among at most 3"] == "2 of 2 (100 %)"
     assert told["two effects: both named"] == "0 of 1 (0 %)"
     assert told["two effects: at least one, and no wrong name"] == "1 of 1 (100 %)"
@@ -118,6 +120,13 @@ def test_an_effect_found_too_seldom_is_listed_with_what_it_was_taken_for_and_why
     told = weak(ALL, {"saturation": ("hum",)})
     assert told == "- `saturation` 1 of 2 (50 %); instead hum 1; exactly the same data: hum"
     assert "| `saturation` | 50-50 | 1/2 | 2/2 | 1/2 | 1/1 | 2/2 |" in by_effect(ALL, {})
+
+
+def test_what_shows_more_clearly_is_counted_apart():
+    clear = opened(entry("single", ["saturation"], verdict="consistent", z=400.0))
+    rows = by_z([*ALL, clear]).splitlines()
+    assert rows[3] == "| 30 to 100 | 1 of 2 (50 %) | 2 of 2 (100 %) | 1 of 2 (50 %) |"
+    assert rows[4] == "| 100 to 1000 | 0 of 1 (0 %) | 0 of 1 (0 %) | 0 of 1 (0 %) |"
 
 
 def test_every_trial_that_went_wrong_is_in_the_report_and_no_other():
