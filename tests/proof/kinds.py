@@ -212,6 +212,10 @@ def _slow_t(values: Values) -> Values:
     return {"T": values["tau"]}
 
 
+def _step_told(values: Values) -> Values:
+    return {"LSB": values["lsb"]}
+
+
 SIDES = ("both", "upper", "lower")
 U_LOW, U_HIGH = (lambda reach: -reach.u_v), (lambda reach: reach.u_v)
 W_LOW, W_HIGH = (lambda reach: reach.low_w_v), (lambda reach: reach.high_w_v)
@@ -256,7 +260,7 @@ LIBRARY: tuple[Kind, ...] = (
     Kind("ac_coupling", "sense", "ac_coupling", _slow(4.0), _slow_t),
     Kind("coloured_noise", "sense", "coloured_noise", _coloured, spectral=True),
     *(Kind("adc_clipping", "sense", "adc_clipping", _limits(W_LOW, W_HIGH, side)) for side in SIDES),
-    Kind("adc_quantisation", "sense", "adc_quantisation", _one("lsb", lambda r: 30.0 * r.rig.noise_v)),
+    Kind("adc_quantisation", "sense", "adc_quantisation", _one("lsb", lambda r: 30.0 * r.rig.noise_v), _step_told),
     Kind("adc_nonlinearity", "sense", "adc_nonlinearity", _bent_adc),
     Kind("rectifying_sensor", "sense", "rectifying_sensor", _one("lost", lambda r: 1.0)),
     Kind("spikes", "sense", "spikes", _spikes),

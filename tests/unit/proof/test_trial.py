@@ -9,6 +9,7 @@ import pytest
 
 from identify.effects import catalogue
 from identify.effects.effect import short
+from identify.readings import blemishes
 from tests.proof.bench import LAWS, answer, record
 from tests.proof.cases import Concealed
 from tests.proof.detect import Sensed, strength
@@ -20,20 +21,21 @@ from tests.proof.standard import SOURCE_V, protocol
 from tests.proof.stimuli import sine, staircase
 from tests.proof.trial import ROUND, STRATA, Key, Trial, drawn, plan
 
+KNOWN = {**blemishes(), **catalogue()}
 IDS = sorted({kind.id for kind in LIBRARY})
 
 
 def test_every_physics_of_the_catalogue_and_eight_outside_it_can_be_concealed():
     assert len(IDS) == 35
-    assert set(catalogue()) <= set(IDS)
+    assert set(KNOWN) <= set(IDS)
     assert len(UNHEARD) >= 8
     assert not {kind.id for kind in UNHEARD} & set(IDS)
     assert {kind.law for kind in (*LIBRARY, *UNHEARD)} == set(LAWS)
 
 
-@pytest.mark.parametrize("kind", [kind for kind in LIBRARY if kind.id in catalogue()], ids=lambda kind: kind.law)
+@pytest.mark.parametrize("kind", [kind for kind in LIBRARY if kind.id in KNOWN], ids=lambda kind: kind.law)
 def test_what_is_concealed_is_told_in_the_catalogue_s_own_words(kind):
-    effect = catalogue()[kind.id]
+    effect = KNOWN[kind.id]
     assert kind.stage in {place.label for place in effect.places}
     told = kind.told(kind.draw(np.random.default_rng(1), SMALL.reach)(0.5))
     assert set(told) <= {short(p.name) for p in effect.declared}
