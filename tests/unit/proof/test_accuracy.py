@@ -1,5 +1,7 @@
 """Is the error of the integrator far below what the noise of a run can reveal?"""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,9 @@ from tests.proof.bench import SUBSTEPS, answer, schedule
 from tests.proof.cases import CASES
 from tests.proof.detect import COARSE
 from tests.proof.integrator import Grid
+from tests.proof.kinds import LIBRARY
 from tests.proof.rigs import RC
+from tests.proof.trial import Key, drawn
 
 DETECTED = 5.0  # standard deviations a matched test needs
 CASE = {case.name: case for case in CASES}
@@ -59,7 +63,14 @@ def test_slew_limit_is_known_less_well_yet_far_below_its_mismatch():
     assert 2.0 * np.sqrt(np.mean(difference**2)) < 5e-4  # V; its mismatch is 50 mV
 
 
-def test_grid_of_the_refit_costs_a_twentieth_of_the_noise_at_most():
+@pytest.mark.parametrize("about", ["extra_pole", "soft_knee"])
+def test_a_sealed_trial_is_integrated_far_below_what_a_matched_test_could_find(about):
+    trial = drawn(Key(21, "single", about, 0))
+    errors = _errors(replace(trial, training=trial.training[1:5:3], held_out=()))
+    assert np.linalg.norm(np.concatenate(errors)) / trial.rig.noise_v < 0.1
+
+
+def test_grid_of_the_sizes_costs_a_twentieth_of_the_noise_at_most():
     case = CASE["clean, op-amp"]
     for coarse, fine in zip(_answers(case, COARSE), _answers(case, SUBSTEPS), strict=True):
         assert np.sqrt(np.mean((coarse - fine) ** 2)) < case.rig.noise_v / 20.0
@@ -68,3 +79,8 @@ def test_grid_of_the_refit_costs_a_twentieth_of_the_noise_at_most():
 if __name__ == "__main__":
     for shown in CASES:
         print(f"{shown.name:32s} {np.sqrt(np.mean(np.concatenate(_errors(shown)) ** 2)):.1e} V rms")
+    for about in sorted({kind.id for kind in LIBRARY}):
+        trial = drawn(Key(21, "single", about, 0))
+        off = np.concatenate(_errors(replace(trial, held_out=())))
+        z = np.linalg.norm(off) / trial.rig.noise_v
+        print(f"{trial.physics[0].name:32s} {z:.3f} standard deviations", flush=True)
