@@ -109,7 +109,7 @@ class Answer:
 
     def finding(self, effect: Effect) -> Finding:
         """Return what is said of one effect."""
-        probability, others = odds(self.bench, self.better, effect, self.rounds)
+        probability, others = odds(self.bench, self.better, effect, self.rounds, self.beyond)
         parameters = self.parameters(effect)
         values = listed([f"{name} {shown_interval(interval, unit)}" for name, (interval, unit) in parameters.items()])
         separators = {c.id: c.would_separate for c in effect.confused_with}

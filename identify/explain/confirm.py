@@ -10,7 +10,7 @@ from identify.observe import Observation, pooled_rms
 from identify.phases import scanned
 
 BLOCKS = 40  # stretches over which differences of squared residuals are averaged
-CONVINCING = 3.0  # standard errors by which a model must be better on held-out data
+CONVINCING = 2.0  # standard errors by which held-out data must side with a finding that the training data proved
 
 
 def adapted(chain: Chain, observations: Sequence[Observation]) -> Chain:
@@ -32,19 +32,21 @@ def held_out_rms(chain: Chain, observations: Sequence[Observation]) -> float:
 
 
 def improvement(better: Chain, worse: Chain, observations: Sequence[Observation]) -> float:
-    """Return by how many standard errors ``better`` has the smaller sum of squared residuals on held-out data.
+    """Return by how many standard errors held-out data side with ``better`` where the two answers differ.
 
-    With d the difference of the two answers and r the better one's residual, the fall is sum(d^2 + 2 r d); chance
-    enters through r d alone, whose sums over stretches also count what hangs together in r.
+    With d the difference of the answers and r what ``worse`` leaves, noise alone makes sum(d r) vary by as much as its
+    sums over stretches do; if ``better`` is right it is sum(d^2) on average. Below zero when ``better`` leaves more.
     """
-    fall, chance, white = 0.0, 0.0, 0.0
+    side, fall, chance, white = 0.0, 0.0, 0.0, 0.0
     total = sum(o.count for o in observations)
     for o in observations:
         r = o.used_residual(better)
-        d = o.used_residual(worse) - r
+        left = o.used_residual(worse)
+        d = left - r
         pieces = max(2, round(BLOCKS * o.count / total))
-        fall += float(np.sum(d * (d + 2.0 * r)))
+        side += float(np.sum(d * left))
+        fall += float(np.sum(d * (left + r)))
         chance += float(sum(np.sum(piece) ** 2 for piece in np.array_split(r * d, pieces)))
         white += float(np.sum(np.square(d))) * o.noise_v**2
-    error = 2.0 * float(np.sqrt(max(chance, white)))
-    return fall / error if error > 0.0 else 0.0
+    error = float(np.sqrt(max(chance, white)))
+    return min(side, fall) / error if error > 0.0 else 0.0

@@ -22,15 +22,20 @@ STEPS = 3
 WIDEST = 1.0  # a step of a value searched in its log, at most
 ENOUGH = 0.3  # of chi-squared: a step that gains less is the last
 SHORTER = 0.25
+UNSURE = 2.0  # times the error of the first order: by as much a fit may differ
 
 
 @dataclass(frozen=True)
 class Promise:
-    """A candidate at its best values: its chain with the plain parameters moved, too, and the fall of chi-squared."""
+    """A candidate at its best values: its chain with the plain parameters moved, too, and the fall of chi-squared.
+
+    ``slack`` is by how much the fall was mistaken where the plain parameters were moved: a fit may differ by as much.
+    """
 
     candidate: Candidate
     chain: Chain
     gain: float
+    slack: float = 0.0
 
 
 def promised(evidence: Evidence, candidate: Candidate) -> Promise:
@@ -46,7 +51,11 @@ def promised(evidence: Evidence, candidate: Candidate) -> Promise:
         risen, (chain, change, gain) = better[2] - gain, better
         if risen < ENOUGH:
             break
-    return Promise(candidate, evidence.followed(chain, change), gain)
+    there = evidence.followed(chain, change)
+    kept = evidence.change(there)
+    fallen = float(kept @ (2.0 * evidence.residual - kept))
+    slack = abs(gain - fallen) if np.isfinite(fallen) else float("inf")
+    return Promise(candidate, there, gain, UNSURE * slack)
 
 
 def _own(evidence: Evidence, chain: Chain) -> tuple[Coordinate, ...]:

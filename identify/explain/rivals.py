@@ -1,57 +1,86 @@
 """What else could it be, and how likely is that?
 
-Odds between fitted hypotheses follow Schwarz's criterion. No probability exceeds what the record of blind trials
-supports: after n right and m wrong names, Laplace's rule of succession gives (n + 1) / (n + m + 2).
+Fitted hypotheses are weighed by their odds on the same data (Schwarz's criterion, a parameter at the price of the
+logarithm of what the mismatch tells). Beside them stands what no catalogue names: a piece of physics whose likeness in
+the catalogue is the better, the less of it the name leaves.
 """
 
-from math import exp
+from math import e, exp, log, sqrt
 
 from identify.blocks import Play
-from identify.effects import catalogue
 from identify.effects.effect import Effect
 from identify.explain.explanation import Alternative
+from identify.explain.locate import Located
 from identify.explain.select import Bench, Hypothesis, Round
 from identify.stage import Place
 
-# Names given to cases drawn unseen: tests/proof/validate.py, seeds 2000-2054, 3000-3023 and 4000-4027.
-NAMED_RIGHT, NAMED_WRONG = 78, 8
-CEILING = (NAMED_RIGHT + 1) / (NAMED_RIGHT + NAMED_WRONG + 2)
 MENTIONED = 0.01  # an alternative less likely than this is excluded
-MOST = 3
+MOST = 3  # names in all
+WEIGHED = 6  # rivals that are fitted beside the other effects found
+UNHEARD = 0.1  # share of what goes wrong in circuits that no catalogue lists: an assumption
+OTHERWISE = 0.05  # how often the right law leaves something that shows: values in a rig file, a second small effect
+UNSEEN = 9.0  # of chi-squared: what may be left of a mismatch without anybody seeing it
 
 
-def odds(bench: Bench, final: Hypothesis, effect: Effect, rounds: list[Round]) -> tuple[float, tuple[Alternative, ...]]:
+def odds(
+    bench: Bench, final: Hypothesis, effect: Effect, rounds: list[Round], beyond: Located
+) -> tuple[float, tuple[Alternative, ...]]:
     """Return the probability of one effect of the final hypothesis, and what could stand in its place."""
-    weights: dict[tuple[str, str], float] = {}
-    for rival in _rivals(final, effect, rounds):
-        other = rival.effects[-1]
-        weight = exp(min(0.5 * bench.swapped(final, effect, rival).advantage(final), 0.0))
-        key = (other.id, other.place.label)
-        weights[key] = max(weights.get(key, 0.0), weight)
+    own = _kind(effect)
+    weights: dict[tuple[str, Place], float] = {}
+    told = _information(effect, rounds)
+    for other, rival in _rivals(bench, final, effect, rounds):
+        weight = exp(min(0.5 * rival.advantage(final, told), 0.0))
+        weights[_kind(other)] = max(weights.get(_kind(other), 0.0), weight)
     if bench.plain.stage_of(Play) is not None:
-        same = [c for c in effect.confused_with if c.exact and c.here in (None, effect.place)]
-        weights |= {(c.id, (c.there or _place_of(c.id, effect.place)).label): 1.0 for c in same}
-    total = 1.0 + sum(weights.values())
-    likely = sorted(weights.items(), key=lambda item: -item[1])[:MOST]
-    named = [Alternative(i, stage, CEILING * w / total) for (i, stage), w in likely if w / total > MENTIONED]
-    return CEILING / total, tuple(named)
+        known = {kind.id for kind in bench.kinds}
+        weights |= {(c.id, effect.place): 1.0 for c in effect.confused_with if c.exact and c.id not in known}
+    weights.pop(own, None)
+    total = 1.0 + sum(weights.values()) + unheard(beyond, told)
+    likely = sorted(weights.items(), key=lambda item: -item[1])[: MOST - 1]
+    named = [Alternative(i, place.label, w / total) for (i, place), w in likely if w / total > MENTIONED]
+    return 1.0 / total, tuple(named)
 
 
-def _rivals(final: Hypothesis, effect: Effect, rounds: list[Round]) -> list[Hypothesis]:
-    """Return what came close in the round that chose ``effect`` or what it was exchanged for."""
-    taken = {_kind(e) for e in final.effects}
+def unheard(beyond: Located, told: float) -> float:
+    """Return the odds, against a name that explains a mismatch, of physics that no catalogue lists.
+
+    Physics drawn at random is mimicked by a law of the catalogue up to a share of its square that is uniform in its
+    root. If the name is right, what free-form corrections still find is chance, with its p-value as evidence against
+    it (Sellke, Bayarri and Berger, The American Statistician 55 (2001) 62).
+    """
+    left = max(beyond.base.chi2 - beyond.fitted[0][1].chi2, UNSEEN) if beyond.fitted else UNSEEN
+    p = min(beyond.p_value, 1.0 / e)
+    chance = -e * p * log(p) if p > 0.0 else 0.0
+    share = min(left / max(told, UNSEEN), 1.0)
+    return UNHEARD / (1.0 - UNHEARD) * sqrt(share) / (chance + OTHERWISE)
+
+
+def _rivals(bench: Bench, final: Hypothesis, effect: Effect, rounds: list[Round]) -> list[tuple[Effect, Hypothesis]]:
+    """Return what came near in the round that chose ``effect``, fitted beside the other effects of the final set."""
+    step = _round_of(effect, rounds)
+    if step is None:
+        return []
+    taken = {_kind(other) for other in final.effects}
+    near = [h for h in step.near if _kind(h.effects[-1]) not in taken][:WEIGHED]
+    if len(final.effects) == 1:
+        return [(h.effects[-1], h) for h in near]
+    return [(h.effects[-1], bench.swapped(final, effect, h)) for h in near]
+
+
+def _information(effect: Effect, rounds: list[Round]) -> float:
+    """Return what the mismatch tells that ``effect`` was chosen for."""
+    step = _round_of(effect, rounds)
+    return step.information if step else 0.0
+
+
+def _round_of(effect: Effect, rounds: list[Round]) -> Round | None:
+    """Return the round that chose ``effect`` or what it was exchanged for, None when there is none."""
     for step in rounds:
-        kinds = [_kind(e) for e in step.best.effects] if step.best else []
+        kinds = [_kind(other) for other in step.best.effects] if step.best else []
         if _kind(effect) in kinds:
-            close = rounds[kinds.index(_kind(effect))].close
-            return [h for h in close if _kind(h.effects[-1]) not in taken]
-    return []
-
-
-def _place_of(name: str, near: Place) -> Place:
-    """Return where physics of the catalogue sits: at ``near`` if it may, else at its first place."""
-    places = catalogue()[name].places if name in catalogue() else (near,)
-    return near if near in places else places[0]
+            return rounds[kinds.index(_kind(effect))]
+    return None
 
 
 def _kind(effect: Effect) -> tuple[str, Place]:

@@ -8,6 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import log
 
+from scipy.stats import chi2 as chi2_distribution
+
 from identify.chain import Chain
 from identify.effects.effect import Effect
 from identify.evidence import Candidate, Evidence, candidates
@@ -17,17 +19,21 @@ from identify.observe import Observation, refined
 from identify.phases import scanned
 
 MOST_EFFECTS = 4
-FITTED_A_ROUND = 6
 LOOKED_AT = 16  # candidates whose own parameters are fitted to first order
-HOPEFUL = 0.05  # share of the best promise at its start below which a candidate is not looked at
-COARSE = 0.5  # share of the price of its parameters that a start must gain: its values are not yet the best
-PROMISING = 0.2  # share of the best promise below which a candidate is not fitted
+HOPEFUL = 0.03  # share of the best promise at its start below which a candidate is not looked at
+DOUBTFUL = 0.05  # probability of a start's gain by chance above which nothing speaks for an effect
+FITTED_A_ROUND = 8
+COMPARED = 60.0  # of twice the log of odds: what is further behind is as good as excluded
+FALSE_DISCOVERIES = 0.01  # share of findings on the training data that may be chance
+SLACK = 30.0  # times the probability at which chance is excluded, up to which a candidate is fitted
 SPRINT = 4  # iterations in which candidates are fitted side by side
 LAPS = 9
 NEAR, FAR = 200.0, 0.3  # of chi-squared, and share of the best fall: a fit further behind the best is not continued
-WORTH = 0.2  # share of the remaining misfit an effect must explain: less is what any wrong effect absorbs
-HOPELESS = -1000.0  # of the criterion: an effect this far behind when it was tried is not tried again
+EXCHANGED = 4  # rivals that an effect chosen early is exchanged for
+WORTH = 0.2  # share of a misfit beyond the noise an effect must explain: less is what any wrong effect absorbs
 NOISE_KNOWN = 0.01  # how well the noise's variance is known; misfit below this is not told from noise
+LEAST_TOLD = 10.0
+HOPELESS = -1000.0  # of the criterion: an effect this far behind when it was tried is not tried again
 ITERATIONS = 40
 TURNS = 4  # times phases are looked for anew once the rest has moved
 
@@ -58,13 +64,31 @@ class Hypothesis:
         """Return the ids."""
         return tuple(effect.id for effect in self.effects)
 
-    def advantage(self, other: "Hypothesis") -> float:
+    def advantage(self, other: "Hypothesis", information: float | None = None) -> float:
         """Return by how much Schwarz's criterion prefers this hypothesis: twice a log of posterior odds.
 
-        The residual variance is taken as unknown, so that what neither hypothesis explains counts as noise.
+        The residual variance is taken as unknown, so that what neither hypothesis explains counts as noise. A
+        parameter costs the log of what the data tell about it: of every sample, or of ``information``, the square of
+        how many standard deviations a mismatch stands out, where hypotheses explain the same mismatch.
         """
-        fall = self.count * log(other.chi2 / self.chi2)
-        return fall - (self.parameters - other.parameters) * log(self.count)
+        told = float(self.count) if information is None else min(max(information, LEAST_TOLD), float(self.count))
+        return self.fall(other) - (self.parameters - other.parameters) * log(told)
+
+    def fall(self, other: "Hypothesis") -> float:
+        """Return the fall of chi-squared from another hypothesis, what neither explains counted as noise."""
+        return self.count * log(other.chi2 / self.chi2)
+
+    def p_value(self, other: "Hypothesis") -> float:
+        """Return how likely noise alone would let chi-squared fall so far from a hypothesis with less in it."""
+        return float(chi2_distribution.sf(max(self.fall(other), 0.0), max(self.parameters - other.parameters, 1)))
+
+    def gains_enough(self, other: "Hypothesis") -> bool:
+        """Return whether the fall of chi-squared is more than what a wrong effect takes of a misfit that is not its own.
+
+        A misfit that may be noise, whose variance is known to ``NOISE_KNOWN``, has no share worth asking for.
+        """
+        proven = other.chi2 - (1.0 + 2.0 * NOISE_KNOWN) * other.count
+        return other.chi2 - self.chi2 > WORTH * proven
 
     def share(self, other: "Hypothesis") -> float:
         """Return which share of what ``other`` leaves beyond the noise this hypothesis explains."""
@@ -104,9 +128,10 @@ class Bench:
         """Screen all effects on the residual of ``base`` and fit those that promise most."""
         evidence = Evidence(base.fit, self.observations)
         screened = candidates(evidence, self.kinds)
-        hopes = [promised(evidence, c) for c in hopeful(screened, base, len(self.observations))]
-        tried = self.raced(base, promising(hopes))
-        return Round(base, tuple(screened), tuple(sorted(tried, key=lambda h: -h.advantage(base))))
+        runs = len(self.observations)
+        hopes = [promised(evidence, c) for c in hopeful(screened, runs)]
+        tried = self.raced(base, promising(hopes, len(screened), runs))
+        return Round(base, tuple(screened), ranked(base, tried))
 
     def raced(self, base: Hypothesis, promises: Sequence[Promise]) -> list[Hypothesis]:
         """Fit candidates side by side, a few iterations at a time; one that falls far behind is not fitted further."""
@@ -127,14 +152,13 @@ class Bench:
     def decided(self, this: "Round") -> tuple["Bench", "Round"]:
         """Compare what came close again, on grids fine enough for all of it; return the bench on these grids, too."""
         finer = self
-        for rival in this.close:
+        for rival in this.near:
             finer = finer.refined(rival.fit.chain)
         if finer is self:
             return self, this
-        tried = [finer.fitted(rival.fit.chain, rival.effects) for rival in this.close]
+        tried = [finer.fitted(rival.fit.chain, rival.effects) for rival in this.near]
         base = finer.fitted(this.base.fit.chain, this.base.effects)
-        ranked = sorted(tried, key=lambda h: -h.advantage(base))
-        return finer, replace(this, base=base, tried=(*ranked, *this.tried[len(ranked) :]))
+        return finer, replace(this, base=base, tried=(*ranked(base, tried), *this.tried[len(tried) :]))
 
     def extended(self, base: Hypothesis, promise: Promise) -> Hypothesis:
         """Fit ``base`` with one more effect for a few iterations, and its angles until they stay."""
@@ -191,7 +215,7 @@ class Bench:
         """
         for number, effect in enumerate(hypothesis.effects[:-1]):
             rest = {e.id for e in hypothesis.effects if e is not effect}
-            rivals = [r for r in rounds[number].close if r.effects[-1].id not in rest]
+            rivals = [r for r in rounds[number].close if r.effects[-1].id not in rest][:EXCHANGED]
             options = [self.swapped(hypothesis, effect, r) for r in rivals if r.effects[-1] != effect]
             hypothesis = max([hypothesis, *options], key=lambda h: h.advantage(hypothesis))
         return hypothesis
@@ -207,17 +231,45 @@ class Round:
     settled: Hypothesis | None = None  # the winner, once the effects before it were looked at again beside it
 
     @property
+    def information(self) -> float:
+        """Return what the mismatch tells: by how much chi-squared falls at best."""
+        return max((self.base.chi2 - h.chi2 for h in self.tried), default=0.0)
+
+    def lead(self, hypothesis: Hypothesis) -> float:
+        """Return how far a hypothesis is ahead of the winner of the fits, below zero when it is behind."""
+        return hypothesis.advantage(self.tried[0], self.information)
+
+    @property
     def close(self) -> tuple[Hypothesis, ...]:
         """Return what was not hopelessly behind the winner."""
-        return tuple(h for h in self.tried if h.advantage(self.tried[0]) > HOPELESS)
+        return tuple(h for h in self.tried if self.lead(h) > HOPELESS)
+
+    @property
+    def near(self) -> tuple[Hypothesis, ...]:
+        """Return what the winner must be compared with closely."""
+        return tuple(h for h in self.tried if self.lead(h) > -COMPARED)
 
     @property
     def best(self) -> Hypothesis | None:
-        """Return the hypothesis that wins the round, None when none pays for itself or is worth naming."""
+        """Return the hypothesis that wins the round, None when chance may have made it or it is not worth a name."""
         winner = self.settled or (self.tried[0] if self.tried else None)
-        if winner is None or winner.advantage(self.base) <= 0.0:
+        if winner is None or not is_discovery(winner.p_value(self.base), len(self.screened)):
             return None
-        return winner if winner.share(self.base) > WORTH else None
+        return winner if winner.gains_enough(self.base) else None
+
+
+def is_discovery(p_value: float, tried: int) -> bool:
+    """Return whether the best of so many tests, however they depend on each other, is no false discovery.
+
+    Benjamini and Yekutieli, Annals of Statistics 29 (2001) 1165: tests of one library are far from independent.
+    """
+    return p_value * tried * sum(1.0 / k for k in range(1, tried + 1)) <= FALSE_DISCOVERIES
+
+
+def ranked(base: Hypothesis, tried: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:
+    """Return hypotheses on the same base, the most probable first."""
+    told = max((base.chi2 - h.chi2 for h in tried), default=0.0)
+    return tuple(sorted(tried, key=lambda h: -h.advantage(base, told)))
 
 
 def selected(bench: Bench, start: Hypothesis, note: Note) -> tuple[Bench, Hypothesis, list[Round]]:
@@ -241,21 +293,28 @@ def selected(bench: Bench, start: Hypothesis, note: Note) -> tuple[Bench, Hypoth
     return bench, bench.pruned(best), rounds
 
 
-def hopeful(screened: Sequence[Candidate], base: Hypothesis, runs: int) -> list[Candidate]:
+def hopeful(screened: Sequence[Candidate], runs: int) -> list[Candidate]:
     """Return what is worth a closer look: the best forms of every effect at every place, those that promise most."""
     best = max((c.gain for c in screened), default=0.0)
     kept: list[Candidate] = []
     for candidate in screened:
         same = [c for c in kept if (c.effect.id, c.effect.place) == (candidate.effect.id, candidate.effect.place)]
-        rival = all(candidate.gain > 0.8 * c.gain and c.effect.form != candidate.effect.form for c in same)
-        price = sum(runs if p.local else 1 for p in candidate.effect.parameters()) * log(base.count)
-        if candidate.gain > max(COARSE * price, HOPEFUL * best) and len(same) < 2 and (not same or rival):
+        rival = all(candidate.gain > 0.6 * c.gain and c.effect.form != candidate.effect.form for c in same)
+        told = candidate.gain > HOPEFUL * best and chance(candidate, candidate.gain, runs) < DOUBTFUL
+        if told and len(same) < 2 and (not same or rival):
             kept.append(candidate)
     return kept[:LOOKED_AT]
 
 
-def promising(promises: Sequence[Promise]) -> list[Promise]:
-    """Return what is worth a fit: what promises most once its own parameters are at their best."""
-    best = max((p.gain for p in promises), default=0.0)
-    ranked = sorted(promises, key=lambda p: -p.gain)
-    return [p for p in ranked if p.gain > PROMISING * best][:FITTED_A_ROUND]
+def chance(candidate: Candidate, gain: float, runs: int) -> float:
+    """Return how likely noise alone would make an effect, its parameters free, gain so much."""
+    parameters = sum(runs if p.local else 1 for p in candidate.effect.parameters())
+    return float(chi2_distribution.sf(max(gain, 0.0), parameters))
+
+
+def promising(promises: Sequence[Promise], tried: int, runs: int) -> list[Promise]:
+    """Return what is worth a fit: what chance has hardly made, and whose fit may come near that of the best."""
+    told = [p for p in promises if is_discovery(chance(p.candidate, p.gain + p.slack, runs) / SLACK, tried)]
+    most = sorted(told, key=lambda p: -p.gain)
+    best = max((p.gain - p.slack for p in most), default=0.0)
+    return [p for p in most if p.gain + p.slack > best - COMPARED][:FITTED_A_ROUND]

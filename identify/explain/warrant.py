@@ -52,10 +52,18 @@ def misplaced(bench: Bench, hypothesis: Hypothesis) -> set[str]:
     places = {place for effect in hypothesis.effects for place in effect.elsewhere}
     found: set[str] = set()
     for place in places:
-        movable = [effect for effect in hypothesis.effects if place in effect.elsewhere]
+        movable = [e for e in hypothesis.effects if place in e.elsewhere and not _known_at(bench, e, place)]
+        if not movable:
+            continue
         sets = [{effect} for effect in movable] + ([set(movable)] if len(movable) > 1 else [])
         found |= {e.id for moved in sets if _moved(bench, hypothesis, moved, place) > STRONG for e in moved}
     return found
+
+
+def _known_at(bench: Bench, effect: Effect, place: Place) -> bool:
+    """Return whether the catalogue has a law of its own for what ``effect`` would be at ``place``: fits compared them."""
+    alike = {confusion.id for confusion in effect.confused_with}
+    return any(kind.id in alike and place in kind.places for kind in bench.kinds)
 
 
 def _moved(bench: Bench, hypothesis: Hypothesis, moved: set[Effect], place: Place) -> float:
