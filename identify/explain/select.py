@@ -83,7 +83,7 @@ class Hypothesis:
         return float(chi2_distribution.sf(max(self.fall(other), 0.0), max(self.parameters - other.parameters, 1)))
 
     def gains_enough(self, other: "Hypothesis") -> bool:
-        """Return whether the fall of chi-squared is more than what a wrong effect takes of a misfit that is not its own.
+        """Return whether chi-squared falls by more than what a wrong effect takes of a misfit that is not its own.
 
         A misfit that may be noise, whose variance is known to ``NOISE_KNOWN``, has no share worth asking for.
         """

@@ -61,7 +61,7 @@ def misplaced(bench: Bench, hypothesis: Hypothesis) -> set[str]:
 
 
 def _known_at(bench: Bench, effect: Effect, place: Place) -> bool:
-    """Return whether the catalogue has a law of its own for what ``effect`` would be at ``place``: fits compared them."""
+    """Return whether the catalogue has a law for what ``effect`` would be at ``place``: fits compared them."""
     alike = {confusion.id for confusion in effect.confused_with}
     return any(kind.id in alike and place in kind.places for kind in bench.kinds)
 
