@@ -12,12 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from identify.chain import Chain, local_name
+from identify.chain import Chain
 from identify.derivatives.sensitivities import sensitivities
 from identify.effects.effect import Effect
-from identify.effects.hum import Hum
 from identify.fit import Fit
-from identify.levels import Levels, hats, knots_between
+from identify.levels import Levels, hats, knots_between, merit
 from identify.noise import grid_step_v
 from identify.observe import Observation
 from identify.stage import Place
@@ -25,7 +24,6 @@ from identify.taps import Tapped
 from identify.trace import Array
 
 Matrix = NDArray[np.float64]
-LINES = ("amplitude", "third", "fifth")
 AT_BOUND = 1e-6
 FARTHEST = 0.5  # of a search coordinate, that a plain parameter is moved to first order
 SUBSTEPS = 1  # candidates are compared on the samples' own grid: the comparison needs no finer one
@@ -40,7 +38,7 @@ class Evidence:
         self.chain = fitted.chain
         self.observations = tuple(observations)
         self.sample_s = 1.0 / observations[0].trace.rate_hz
-        self._seen: dict[tuple[object, ...], float] = {}
+        self._seen: dict[tuple[object, ...], tuple[float, float]] = {}
         self._levels: dict[Place, Levels] = {}
 
     def range(self, place: Place) -> tuple[float, float]:
@@ -152,21 +150,35 @@ class Evidence:
 
     def gain(self, effect: Effect, values: Mapping[str, float]) -> float:
         """Return by how much chi-squared falls when ``effect`` is put in with ``values`` (by short name)."""
+        along, energy = self._products(effect, values)
+        return 2.0 * along - energy
+
+    def merit(self, effect: Effect, values: Mapping[str, float]) -> float:
+        """Return what speaks for an effect at ``values``: half its gain, half what it would gain at its best size."""
+        along, energy = self._products(effect, values)
+        return merit(2.0 * along - energy, along, energy)
+
+    def _products(self, effect: Effect, values: Mapping[str, float]) -> tuple[float, float]:
+        """Return the products of an effect's change with the residual and with itself."""
         key = (effect, tuple(sorted(values.items())))
         if key not in self._seen:
-            self._seen[key] = self.gained(self.change(effect.put_in(self.chain, values)))
+            self._seen[key] = self.products(self.change(effect.put_in(self.chain, values)))
         return self._seen[key]
 
     def gained(self, change: Array) -> float:
         """Return the fall of chi-squared once a change is made and the fitted parameters have moved to first order."""
+        along, energy = self.products(change)
+        return 2.0 * along - energy
+
+    def products(self, change: Array) -> tuple[float, float]:
+        """Return the products of a change with the residual and with itself, less what fitted parameters mimic."""
         size = float(change @ change)
         if not np.isfinite(size):
-            return -float("inf")
+            return 0.0, float("inf")
         if not self.fitted.coordinates:
-            return 2.0 * float(self.residual @ change) - size
+            return float(self.residual @ change), size
         moved = self.slopes @ change
-        mimicked = float(moved @ cho_solve(self._normal, moved))
-        return 2.0 * float(self._left_over @ change) - size + mimicked
+        return float(self._left_over @ change), size - float(moved @ cho_solve(self._normal, moved))
 
     def normal_of(self, rows: Matrix, change: Array) -> tuple[Matrix, Array]:
         """Return curvature (m, m) and slope (m,) of chi-squared's fall along ``rows``, where ``change`` is made."""
@@ -194,11 +206,11 @@ class Evidence:
         return np.asarray(self.without_plain(self.residual[None, :])[0])
 
     def best(self, effect: Effect, options: Sequence[Mapping[str, float]]) -> dict[str, float]:
-        """Return the option that gains most; empty when the effect cannot be put in or there is no option."""
+        """Return the option of most merit; empty when the effect cannot be put in or there is no option."""
         if not options or not effect.applicable(self.chain):
             return {}
-        gains = [self.gain(effect, values) for values in options]
-        return dict(options[int(np.argmax(gains))])
+        merits = [self.merit(effect, values) for values in options]
+        return dict(options[int(np.argmax(merits))])
 
     def scaled(self, effect: Effect, values: Mapping[str, float]) -> float:
         """Return the factor on the change that an effect makes at ``values`` at which it explains most; 0 for none."""
@@ -251,35 +263,7 @@ class Evidence:
         """Return the step of the grid on which all readings lie, V; 0 when they lie on none."""
         return grid_step_v([o.trace for o in self.observations])
 
-    def mains_lines(self, mains_hz: float, harmonics: Sequence[int], place: Place) -> dict[str, float]:
-        """Return the waveform of the mains at ``place`` that explains the residual best, by Hum's short names.
-
-        Every run gives a complex amplitude per line; the fundamental's angle is the run's own phase, and the angles of
-        the others against it are averaged over the runs.
-        """
-        columns = [self._line(Hum(place), mains_hz, name, turn) for name in LINES for turn in (0.0, 0.5 * np.pi)]
-        found = {"frequency": mains_hz, "phase": 0.0}
-        shape, weights = np.zeros(len(harmonics), dtype=np.complex128), np.zeros(len(harmonics))
-        for run, part in self._parts():
-            rows = np.array([column[part] for column in columns])
-            matrix = rows @ rows.T
-            pairs = np.linalg.pinv(matrix, hermitian=True, rcond=1e-6) @ rows @ self.residual[part]
-            lines = pairs[::2] + 1j * pairs[1::2]
-            phase, weight = float(np.angle(lines[0])), np.diag(matrix)[::2]
-            found[local_name("phase", run)] = phase
-            shape += weight * lines * np.exp(-1j * phase * np.asarray(harmonics))
-            weights += weight
-        shape /= np.maximum(weights, 1e-300)
-        found |= dict(zip(LINES, np.abs(shape).tolist(), strict=True))
-        return found | {"third_phase": float(np.angle(shape[1])), "fifth_phase": float(np.angle(shape[2]))}
-
-    def _line(self, hum: Effect, mains_hz: float, name: str, turn: float) -> Array:
-        """Return the change of the answer per volt of one line, as a sine (turn 0) or a cosine (turn pi / 2)."""
-        size = 0.3 * self.observations[0].noise_v
-        phase = {"amplitude": "phase", "third": "third_phase", "fifth": "fifth_phase"}[name]
-        return self.change(hum.put_in(self.chain, {"frequency": mains_hz, name: size, phase: turn})) / size
-
-    def _parts(self) -> list[tuple[str, slice]]:
+    def parts(self) -> list[tuple[str, slice]]:
         """Return the stretch of the joined residual that belongs to each run."""
         ends = np.cumsum([o.count for o in self.observations])
         starts = np.concatenate(([0], ends[:-1]))
@@ -290,7 +274,7 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Candidate:
-    """An effect with the values a search may begin from, and the fall of chi-squared they promise."""
+    """An effect with the values a search may begin from, and what speaks for them: a fall of chi-squared."""
 
     effect: Effect
     values: Mapping[str, float]
@@ -304,7 +288,7 @@ def candidates(evidence: Evidence, kinds: Sequence[type[Effect]]) -> list[Candid
         for effect in kind.variants():
             if effect.applicable(evidence.chain):
                 starts = evidence_starts(evidence, effect)
-                found += [Candidate(effect, values, evidence.gain(effect, values)) for values in starts]
+                found += [Candidate(effect, values, evidence.merit(effect, values)) for values in starts]
     return sorted((c for c in found if np.isfinite(c.gain)), key=lambda c: -c.gain)
 
 

@@ -17,6 +17,7 @@ from identify.trace import Array
 
 AT_ENDS = np.concatenate(([0.0], np.geomspace(3e-4, 0.1, 12)))  # of the range: a limit may only just be met
 BETWEEN = np.linspace(0.1, 0.9, 17)[1:-1]
+TOO_LARGE = 0.1  # best size of a change over its own, below which its shape says nothing of a smaller one
 SMALL = 1e-3  # of the range of the level: the height at which hats are passed on
 
 Law = Callable[[Array, Mapping[str, float]], Array]
@@ -35,15 +36,31 @@ class Levels:
         """Return the fall of chi-squared when the level changes by ``change`` (V) at the knots."""
         return float(change @ (2.0 * self.right - self.matrix @ change))
 
+    def merit(self, change: Array) -> float:
+        """Return what speaks for a law that changes the level so: half its gain, half what its shape would gain."""
+        along, energy = float(change @ self.right), float(change @ self.matrix @ change)
+        return merit(2.0 * along - energy, along, energy)
+
     def best(self, law: Law, options: Sequence[Mapping[str, float]]) -> dict[str, float]:
-        """Return the option whose law gains most; empty when none gains anything."""
+        """Return the option whose law has most merit; empty when none has any."""
         found: dict[str, float] = {}
         most = 0.0
         for values in options:
-            gained = self.gain(law(self.knots, values) - self.knots)
+            gained = self.merit(law(self.knots, values) - self.knots)
             if gained > most:
                 found, most = {name: float(value) for name, value in values.items()}, gained
         return found
+
+
+def merit(gain: float, along: float, energy: float) -> float:
+    """Return the mean of a change's gain, where it is one, and of the gain at its best size, where it points forward.
+
+    ``along`` and ``energy`` are its products with the residual and with itself. A start need not have the right size:
+    that is the first thing a fit finds.
+    """
+    if not (0.0 < energy < float("inf") and along > TOO_LARGE * energy):
+        return 0.0
+    return 0.5 * (max(gain, 0.0) + along * along / energy)
 
 
 def knots_between(low: float, high: float) -> Array:

@@ -7,6 +7,7 @@ import numpy as np
 from identify import kernels
 from identify.chain import Chain
 from identify.effects.effect import Confusion, Effect
+from identify.mains import mains_lines
 from identify.stage import Block, Grid, Parameter, Place, Run, Shape, Values
 from identify.trace import Array
 
@@ -76,4 +77,4 @@ class Hum(Effect):
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the lines of the residual; at v they stand where the plain path would have passed them on."""
-        return [evidence.mains_lines(f, HARMONICS, self.place) for f in MAINS_HZ]
+        return [mains_lines(evidence, self, f, HARMONICS) for f in MAINS_HZ]

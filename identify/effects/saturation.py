@@ -1,18 +1,20 @@
 """A hard rail: the output of F cannot pass a level."""
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 
 from identify.effects.effect import Confusion, Effect
 from identify.stage import Grid, Parameter, Place, Run, Shape, Values, memoryless
+from identify.trace import Array
 
 if TYPE_CHECKING:
     from identify.evidence import Evidence
 
 UPPER = Parameter("saturation.upper", "V")
 LOWER = Parameter("saturation.lower", "V")
-DEPTHS = np.geomspace(3e-4, 0.7, 10)  # of the range of w, cut off: a rail may only just be met
+DEPTHS = np.geomspace(3e-4, 0.7, 24)  # of the range of w, cut off: a rail may only just be met
 
 
 @final
@@ -56,5 +58,11 @@ class Saturation(Effect):
         for name, end in (("upper", high), ("lower", low)):
             if self.form in ("both", name):
                 levels = [(1.0 - depth) * end for depth in DEPTHS] if end else []
-                best = evidence.best(self, [{**best, name: level} for level in levels]) or best
+                options = [{**best, name: level} for level in levels]
+                best = evidence.levels(Place.F).best(_clipped, options) or best
         return [best] if len(best) == len(self.parameters()) else []
+
+
+def _clipped(w: Array, values: Mapping[str, float]) -> Array:
+    """Return w between the limits there are."""
+    return np.clip(w, values.get("lower", -np.inf), values.get("upper", np.inf))

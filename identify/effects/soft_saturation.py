@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 
 LEVEL = Parameter("soft_saturation.level", "V", "log")
 KNEE = Parameter("soft_saturation.knee", "V", "log")
+KNEES = np.geomspace(0.1, 3.0, 20)  # of the range of w: where a diode conducts
+WIDTHS = (0.01, 0.03, 0.1, 0.3)  # of the range of w: of its knee
+SLOPES = (0.0, 0.3, 0.6, 0.85)  # that it leaves
 SLOPE = Parameter("soft_saturation.slope", "V/V", scale=0.1)
 
 
@@ -53,35 +56,32 @@ class SoftSaturation(Effect):
 
     def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
         """Return the law at work on the sides the form names."""
+        return memoryless(lambda w: self.law(w, *values), shape)
+
+    def law(self, w: Array, level: float, knee: float = 1.0, slope: float = 0.0) -> Array:
+        """Return the compressed level, V."""
         law, _, side = self.form.partition(" ")
         if side == "both":
-            return memoryless(lambda w: _tanh(w, *values), shape)
+            return _tanh(w, level)
         sign = 1.0 if side == "upper" else -1.0
         if law == "diode":
-            return memoryless(lambda w: sign * _diode(sign * w, *values), shape)
-        return memoryless(lambda w: np.where(sign * w > 0.0, _tanh(w, *values), w), shape)
+            return sign * _diode(sign * w, level, knee, slope)
+        return np.where(sign * w > 0.0, _tanh(w, level), w)
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
-        """Return the levels, tried from a tenth of the range of w upwards, that explain most."""
+        """Return the level, from a tenth of the range of w upwards, the knee and the slope that its map asks for."""
         low, high = evidence.range(Place.F)
         top = max(-low, high) if self.form.endswith("both") else high if self.form.endswith("upper") else -low
         if top <= 0.0:
             return []
+        options = [{"level": top * share} for share in np.geomspace(0.1, 30.0, 30)]
         if self.form.startswith("diode"):
-            best = self._diode_start(evidence, top)
-        else:
-            best = evidence.best(self, [{"level": top * share} for share in np.geomspace(0.1, 30.0, 8)])
+            options = [
+                {"level": top * share, "knee": top * knee, "slope": slope}
+                for share in KNEES for knee in WIDTHS for slope in SLOPES
+            ]  # fmt: skip
+        best = evidence.levels(Place.F).best(lambda w, values: self.law(w, **values), options)
         return [best] if best else []
-
-    def _diode_start(self, evidence: "Evidence", top: float) -> dict[str, float]:
-        """Return level and knee that explain most with a middling slope, then the slope, then the level once more."""
-        levels = [top * share for share in np.geomspace(0.15, 3.0, 6)]
-        tried = [{"level": a, "knee": share * top, "slope": 0.3} for a in levels for share in (0.05, 0.2)]
-        best = evidence.best(self, tried)
-        for name, values in (("slope", (0.0, 0.6, 0.9)), ("level", (0.75, 1.25))):
-            scale = best["level"] if best and name == "level" else 1.0
-            best = evidence.best(self, [{**best, name: scale * value} for value in values]) if best else best
-        return best
 
 
 def _tanh(w: Array, level: float) -> Array:

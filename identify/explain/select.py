@@ -6,15 +6,15 @@ the most promising ones jointly with the plain parameters, and takes the best if
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import log
 
 from scipy.stats import chi2 as chi2_distribution
 
 from identify.chain import Chain
 from identify.effects.effect import Effect
 from identify.evidence import Candidate, Evidence, candidates
+from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis, is_discovery
 from identify.explain.promise import Promise, promised
-from identify.fit import VISIBLE, Fit, chi_squared, fit
+from identify.fit import VISIBLE, chi_squared, fit
 from identify.observe import Observation, refined
 from identify.phases import scanned
 
@@ -23,76 +23,21 @@ LOOKED_AT = 16  # candidates whose own parameters are fitted to first order
 HOPEFUL = 0.03  # share of the best promise at its start below which a candidate is not looked at
 DOUBTFUL = 0.05  # probability of a start's gain by chance above which nothing speaks for an effect
 FITTED_A_ROUND = 8
+PROMISING = 0.2  # share of the best promise below which a candidate is not fitted
 COMPARED = 60.0  # of twice the log of odds: what is further behind is as good as excluded
-FALSE_DISCOVERIES = 0.01  # share of findings on the training data that may be chance
 SLACK = 30.0  # times the probability at which chance is excluded, up to which a candidate is fitted
 SPRINT = 4  # iterations in which candidates are fitted side by side
 LAPS = 9
 NEAR, FAR = 200.0, 0.3  # of chi-squared, and share of the best fall: a fit further behind the best is not continued
+STEPPED = 5  # rivals that are fitted again on a finer grid
 EXCHANGED = 4  # rivals that an effect chosen early is exchanged for
-WORTH = 0.2  # share of a misfit beyond the noise an effect must explain: less is what any wrong effect absorbs
-NOISE_KNOWN = 0.01  # how well the noise's variance is known; misfit below this is not told from noise
-LEAST_TOLD = 10.0
 HOPELESS = -1000.0  # of the criterion: an effect this far behind when it was tried is not tried again
 ITERATIONS = 40
 TURNS = 4  # times phases are looked for anew once the rest has moved
 
+__all__ = ["NOISE_KNOWN", "Bench", "Hypothesis", "Round", "promising", "selected"]
+
 Note = Callable[[str, float], None]
-
-
-@dataclass(frozen=True)
-class Hypothesis:
-    """A set of effects, fitted: ``chi2`` is the sum of squared residuals over the noise, without the prior."""
-
-    effects: tuple[Effect, ...]
-    fit: Fit
-    chi2: float
-    count: int
-
-    @property
-    def parameters(self) -> int:
-        """Return how many numbers were searched."""
-        return len(self.fit.coordinates)
-
-    @property
-    def misfit(self) -> float:
-        """Return the residual variance over the noise's, less one: what noise does not account for."""
-        return self.chi2 / self.count - 1.0
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Return the ids."""
-        return tuple(effect.id for effect in self.effects)
-
-    def advantage(self, other: "Hypothesis", information: float | None = None) -> float:
-        """Return by how much Schwarz's criterion prefers this hypothesis: twice a log of posterior odds.
-
-        The residual variance is taken as unknown, so that what neither hypothesis explains counts as noise. A
-        parameter costs the log of what the data tell about it: of every sample, or of ``information``, the square of
-        how many standard deviations a mismatch stands out, where hypotheses explain the same mismatch.
-        """
-        told = float(self.count) if information is None else min(max(information, LEAST_TOLD), float(self.count))
-        return self.fall(other) - (self.parameters - other.parameters) * log(told)
-
-    def fall(self, other: "Hypothesis") -> float:
-        """Return the fall of chi-squared from another hypothesis, what neither explains counted as noise."""
-        return self.count * log(other.chi2 / self.chi2)
-
-    def p_value(self, other: "Hypothesis") -> float:
-        """Return how likely noise alone would let chi-squared fall so far from a hypothesis with less in it."""
-        return float(chi2_distribution.sf(max(self.fall(other), 0.0), max(self.parameters - other.parameters, 1)))
-
-    def gains_enough(self, other: "Hypothesis") -> bool:
-        """Return whether chi-squared falls by more than what a wrong effect takes of a misfit that is not its own.
-
-        A misfit that may be noise, whose variance is known to ``NOISE_KNOWN``, has no share worth asking for.
-        """
-        proven = other.chi2 - (1.0 + 2.0 * NOISE_KNOWN) * other.count
-        return other.chi2 - self.chi2 > WORTH * proven
-
-    def share(self, other: "Hypothesis") -> float:
-        """Return which share of what ``other`` leaves beyond the noise this hypothesis explains."""
-        return (other.chi2 - self.chi2) / max(other.chi2 - other.count, NOISE_KNOWN * other.count)
 
 
 @dataclass(frozen=True)
@@ -152,11 +97,12 @@ class Bench:
     def decided(self, this: "Round") -> tuple["Bench", "Round"]:
         """Compare what came close again, on grids fine enough for all of it; return the bench on these grids, too."""
         finer = self
-        for rival in this.near:
+        close = this.close[:STEPPED]
+        for rival in close:
             finer = finer.refined(rival.fit.chain)
         if finer is self:
             return self, this
-        tried = [finer.fitted(rival.fit.chain, rival.effects) for rival in this.near]
+        tried = [finer.fitted(rival.fit.chain, rival.effects) for rival in close]
         base = finer.fitted(this.base.fit.chain, this.base.effects)
         return finer, replace(this, base=base, tried=(*ranked(base, tried), *this.tried[len(tried) :]))
 
@@ -258,14 +204,6 @@ class Round:
         return winner if winner.gains_enough(self.base) else None
 
 
-def is_discovery(p_value: float, tried: int) -> bool:
-    """Return whether the best of so many tests, however they depend on each other, is no false discovery.
-
-    Benjamini and Yekutieli, Annals of Statistics 29 (2001) 1165: tests of one library are far from independent.
-    """
-    return p_value * tried * sum(1.0 / k for k in range(1, tried + 1)) <= FALSE_DISCOVERIES
-
-
 def ranked(base: Hypothesis, tried: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:
     """Return hypotheses on the same base, the most probable first."""
     told = max((base.chi2 - h.chi2 for h in tried), default=0.0)
@@ -316,5 +254,6 @@ def promising(promises: Sequence[Promise], tried: int, runs: int) -> list[Promis
     """Return what is worth a fit: what chance has hardly made, and whose fit may come near that of the best."""
     told = [p for p in promises if is_discovery(chance(p.candidate, p.gain + p.slack, runs) / SLACK, tried)]
     most = sorted(told, key=lambda p: -p.gain)
-    best = max((p.gain - p.slack for p in most), default=0.0)
-    return [p for p in most if p.gain + p.slack > best - COMPARED][:FITTED_A_ROUND]
+    best, sure = max((p.gain for p in most), default=0.0), max((p.gain - p.slack for p in most), default=0.0)
+    may_win = [p for p in most if p.gain > PROMISING * best and p.gain + p.slack > sure - COMPARED]
+    return may_win[:FITTED_A_ROUND]

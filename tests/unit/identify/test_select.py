@@ -4,6 +4,7 @@ import pytest
 
 from identify.effects import catalogue, chain_of
 from identify.effects.effect import Effect
+from identify.explain.locate import Located
 from identify.explain.rivals import odds
 from identify.explain.select import Bench, Hypothesis, Round
 from identify.stage import Place
@@ -59,7 +60,7 @@ def test_an_effect_that_does_best_stays(bench, rounds):
 def test_what_an_effect_was_exchanged_for_is_among_its_rivals(bench, rounds):
     final = fitted(bench, RAIL, BYPASS)
     second = Round(rounds[0].tried[0], (), (fitted(bench, DIODE, BYPASS),), settled=final)
-    probability, others = odds(bench, final, RAIL, [*rounds, second])
+    probability, others = odds(bench, final, RAIL, [*rounds, second], Located(final, (), 1.0))
     assert second.best is final
     assert probability > 0.5
     assert all((other.id, other.probability < 0.5) == ("soft_saturation", True) for other in others)

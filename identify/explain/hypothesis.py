@@ -1,0 +1,77 @@
+"""How well does a set of effects, fitted, explain the recordings, and is it more than chance?"""
+
+from dataclasses import dataclass
+from math import log
+
+from scipy.stats import chi2 as chi2_distribution
+
+from identify.effects.effect import Effect
+from identify.fit import Fit
+
+FALSE_DISCOVERIES = 0.01  # share of findings on the training data that may be chance
+WORTH = 0.2  # share of a misfit beyond the noise an effect must explain: less is what any wrong effect absorbs
+NOISE_KNOWN = 0.01  # how well the noise's variance is known; misfit below this is not told from noise
+LEAST_TOLD = 10.0
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """A set of effects, fitted: ``chi2`` is the sum of squared residuals over the noise, without the prior."""
+
+    effects: tuple[Effect, ...]
+    fit: Fit
+    chi2: float
+    count: int
+
+    @property
+    def parameters(self) -> int:
+        """Return how many numbers were searched."""
+        return len(self.fit.coordinates)
+
+    @property
+    def misfit(self) -> float:
+        """Return the residual variance over the noise's, less one: what noise does not account for."""
+        return self.chi2 / self.count - 1.0
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Return the ids."""
+        return tuple(effect.id for effect in self.effects)
+
+    def advantage(self, other: "Hypothesis", information: float | None = None) -> float:
+        """Return by how much Schwarz's criterion prefers this hypothesis: twice a log of posterior odds.
+
+        The residual variance is taken as unknown, so that what neither hypothesis explains counts as noise. A
+        parameter costs the log of what the data tell about it: of every sample, or of ``information``, the square of
+        how many standard deviations a mismatch stands out, where hypotheses explain the same mismatch.
+        """
+        told = float(self.count) if information is None else min(max(information, LEAST_TOLD), float(self.count))
+        return self.fall(other) - (self.parameters - other.parameters) * log(told)
+
+    def fall(self, other: "Hypothesis") -> float:
+        """Return the fall of chi-squared from another hypothesis, what neither explains counted as noise."""
+        return self.count * log(other.chi2 / self.chi2)
+
+    def p_value(self, other: "Hypothesis") -> float:
+        """Return how likely noise alone would let chi-squared fall so far from a hypothesis with less in it."""
+        return float(chi2_distribution.sf(max(self.fall(other), 0.0), max(self.parameters - other.parameters, 1)))
+
+    def gains_enough(self, other: "Hypothesis") -> bool:
+        """Return whether chi-squared falls by more than what a wrong effect takes of a misfit that is not its own.
+
+        A misfit that may be noise, whose variance is known to ``NOISE_KNOWN``, has no share worth asking for.
+        """
+        proven = other.chi2 - (1.0 + 2.0 * NOISE_KNOWN) * other.count
+        return other.chi2 - self.chi2 > WORTH * proven
+
+    def share(self, other: "Hypothesis") -> float:
+        """Return which share of what ``other`` leaves beyond the noise this hypothesis explains."""
+        return (other.chi2 - self.chi2) / max(other.chi2 - other.count, NOISE_KNOWN * other.count)
+
+
+def is_discovery(p_value: float, tried: int) -> bool:
+    """Return whether the best of so many tests, however they depend on each other, is no false discovery.
+
+    Benjamini and Yekutieli, Annals of Statistics 29 (2001) 1165: tests of one library are far from independent.
+    """
+    return p_value * tried * sum(1.0 / k for k in range(1, tried + 1)) <= FALSE_DISCOVERIES
