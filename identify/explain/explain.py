@@ -12,7 +12,7 @@ from identify.explain.answer import Answer
 from identify.explain.confirm import CONVINCING, adapted, improvement
 from identify.explain.explanation import Explanation
 from identify.explain.locate import located
-from identify.explain.readings import read, with_steps
+from identify.explain.readings import read, reread
 from identify.explain.select import Bench, Hypothesis, selected
 from identify.explain.warrant import Warranted, warranted
 from identify.holdout import Split
@@ -56,7 +56,8 @@ def _explained(
     note("confirming on held-out data", 0.9)
     data = replace(data, test=tuple(refined(o, earned.hypothesis.fit.chain) for o in data.test))
     kept, dropped = confirmed(bench, earned, data.test)
-    readings = with_steps(readings, kept.hypothesis.names, leave_out)
+    improved = adapted(kept.hypothesis.fit.chain, data.test)
+    readings = reread(readings, improved, kept.hypothesis.names, leave_out)
     note("done", 1.0)
     return Answer(model, data, bench, plain, kept, rounds, dropped, readings).explanation()
 

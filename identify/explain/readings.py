@@ -7,6 +7,7 @@ and the recordings are looked at once more against that: what only a model led a
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+from identify.chain import Chain
 from identify.effects.effect import short
 from identify.explain.explanation import Finding, Location, Range
 from identify.explain.rivals import CEILING
@@ -28,6 +29,8 @@ Prepared = Callable[[Split], tuple[Bench, Hypothesis]]
 class Readings:
     """The data as recorded and with their blemishes undone, the blemishes, and the plain model fitted to either."""
 
+    traces: tuple[Trace, ...]
+    hold_out: tuple[Trace, ...]
     raw: Split
     before: Hypothesis
     data: Split
@@ -47,25 +50,31 @@ def read(
     raw = split(model, traces, hold_out)
     bench, before = prepared(raw)
     rough = mended(before.fit.chain, traces, hold_out, raw.noise.rms_v, leave_out, rough=True)
-    seen = Mended(tuple(traces), tuple(hold_out), ())
+    seen = recorded = Mended(tuple(traces), tuple(hold_out), ())
     for _ in range(LOOKS):
-        if not rough.found or len(seen.found) >= len(rough.found):
+        if not rough.found or seen.found:
             break
         better = prepared(split(model, rough.training, rough.proof))[1].fit.chain
         seen = mended(better, traces, hold_out, raw.noise.rms_v, leave_out)
         rough = mended(better, traces, hold_out, raw.noise.rms_v, leave_out, rough=True)
     if not seen.found:
-        return Readings(raw, before, raw, bench, before, ())
+        return Readings(recorded.training, recorded.proof, raw, before, raw, bench, before, ())
     data = split(model, seen.training, seen.proof)
-    return Readings(raw, before, data, *prepared(data), seen.found)
+    return Readings(recorded.training, recorded.proof, raw, before, data, *prepared(data), seen.found)
 
 
-def with_steps(readings: Readings, explained: Sequence[str], leave_out: Sequence[str]) -> Readings:
-    """Return the readings with the steps of the ADC among their blemishes, where no effect already tells of them."""
-    if "adc_quantisation" in (*explained, *leave_out):
-        return readings
-    traces = [o.trace for o in (*readings.raw.train, *readings.raw.test)]
-    return replace(readings, found=(*readings.found, *adc_steps(traces, readings.data.noise.rms_v)))
+def reread(readings: Readings, chain: Chain, explained: Sequence[str], leave_out: Sequence[str]) -> Readings:
+    """Return the readings with their blemishes measured against the chain that explains the rest.
+
+    The steps of the ADC are told here, where no effect tells of them.
+    """
+    found = readings.found
+    if found:
+        again = mended(chain, readings.traces, readings.hold_out, readings.data.noise.rms_v, leave_out).found
+        found = again if [b.id for b in again] == [b.id for b in found] else found
+    if "adc_quantisation" not in (*explained, *leave_out):
+        found = (*found, *adc_steps([*readings.traces, *readings.hold_out], readings.data.noise.rms_v))
+    return replace(readings, found=found)
 
 
 def finding(blemish: Blemish) -> Finding:

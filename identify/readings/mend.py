@@ -8,7 +8,7 @@ import numpy as np
 from identify.chain import Chain, simulate
 from identify.noise import good, grid_step_v
 from identify.readings.blemish import Blemish
-from identify.readings.missing_samples import loss_in
+from identify.readings.missing_samples import Loss, loss_in
 from identify.readings.spikes import Samples, outliers, spikes
 from identify.trace import Trace
 
@@ -36,6 +36,8 @@ def mended(
     answers = [simulate(chain, trace) for trace in traces]
     if "missing_samples" not in leave_out:
         losses = [loss_in(trace, answer, noise_v, rough) for trace, answer in zip(traces, answers, strict=True)]
+        if rough:
+            losses = _surest(losses)
         traces = [loss.mended() if loss else trace for trace, loss in zip(traces, losses, strict=True)]
         found += [loss.blemish() for loss in losses if loss]
     if "spikes" not in leave_out:
@@ -46,6 +48,12 @@ def mended(
             found += told
             traces = [without(t, o.beyond(threshold)) for t, o in zip(traces, seen, strict=True)]
     return Mended(tuple(traces[: len(training)]), tuple(traces[len(training) :]), tuple(found))
+
+
+def _surest(losses: Sequence[Loss | None]) -> list[Loss | None]:
+    """Return the loss that proves itself most alone: the others may be what it has done to the model."""
+    most = max((loss.proof for loss in losses if loss), default=0.0)
+    return [loss if loss and loss.proof == most else None for loss in losses]
 
 
 def without(trace: Trace, samples: Samples) -> Trace:

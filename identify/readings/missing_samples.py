@@ -54,21 +54,25 @@ class MissingSamples(Blemish):
 
 @dataclass(frozen=True)
 class Loss:
-    """Readings lost in one recording: from sample ``at`` on, ``count`` of them; ``low`` to ``high`` bound ``at``."""
+    """Readings lost in one recording: from sample ``at`` on, ``count`` of them; ``low`` to ``high`` bound ``at``.
+
+    ``proof`` is the fall of chi-squared on readings that had no part in finding it.
+    """
 
     trace: Trace
     at: int
     count: int
     low: int
     high: int
-    p_value: float
+    proof: float
 
     def blemish(self) -> MissingSamples:
         """Return what is reported: the place on the clock of the recordings, in s."""
         start, step = self.trace.start_s, 1.0 / self.trace.rate_hz
-        position = Interval(*(start + step * k for k in (self.at, self.low, self.high)))
+        position = Interval(*(start + step * k for k in (self.at, self.low - 0.5, self.high + 0.5)))
         count = Interval(*(float(self.count),) * 3)
-        return MissingSamples({"position": position, "count": count}, self.p_value, f"run {self.trace.name}")
+        p_value = float(chi2.sf(self.proof, 1))
+        return MissingSamples({"position": position, "count": count}, p_value, f"run {self.trace.name}")
 
     def mended(self) -> Trace:
         """Return the recording with a gap where readings were lost, and all that follows in its time."""
@@ -107,7 +111,7 @@ def loss_in(trace: Trace, answer: Array, noise_v: float, rough: bool = False) ->
     if proof < CONVINCING or not (rough or _in_time(y, answer, use, first, count, scatter)):
         return None
     first, low, high = _placed(y, answer, use, count, scatter)
-    return Loss(trace, first, count, low, high, float(chi2.sf(proof, 1)))
+    return Loss(trace, first, count, low, high, proof)
 
 
 def _shortest_period(trace: Trace) -> float:
@@ -145,17 +149,28 @@ def _gain(y: Array, answer: Array, use: Mask, at: int, count: int) -> float:
 def _in_time(y: Array, answer: Array, use: Mask, at: int, count: int, scatter: float) -> bool:
     """Return whether the readings on either side of a mended loss have the same lag against the answer."""
     misfit, slope = _misfits(y, answer, at, count), np.gradient(answer)
-    slope = np.concatenate((slope[:at], slope[at + count :]))
-    weight = np.where(use[: misfit.size], slope, 0.0)
-    enough = max((scatter / LAG_SD) ** 2, NEAR * float(weight @ weight))
+    kept = np.r_[0:at, at + count : answer.size]
+    moving = np.where(use[: misfit.size], slope[kept], 0.0)
+    enough = max((scatter / LAG_SD) ** 2, NEAR * float(moving @ moving))
     lags = []
-    for side in (slice(at - 1, None, -1) if at else slice(0, 0), slice(at, None)):
-        energy = np.cumsum(np.square(weight[side]))
+    for near in (np.arange(at - 1, -1, -1), np.arange(at, misfit.size)):
+        energy = np.cumsum(np.square(moving[near]))
         if energy.size == 0 or energy[-1] < enough:
             return False
-        stop = int(np.searchsorted(energy, enough)) + 1
-        lags.append(float(np.sum((misfit * weight)[side][:stop])) / float(energy[stop - 1]))
+        window = near[: _whole(energy, enough)]
+        lags.append(_lag(misfit[window], moving[window], answer[kept[window]]))
     return abs(lags[1] - lags[0]) < LAG_OFF
+
+
+def _whole(energy: Array, enough: float) -> int:
+    """Return how many samples hold enough movement, and half as many again: the last edge to its end."""
+    return int(1.5 * (np.searchsorted(energy, enough) + 1))
+
+
+def _lag(misfit: Array, moving: Array, answer: Array) -> float:
+    """Return by how many samples readings are early, whatever their offset, drift and scale."""
+    others = (np.ones(misfit.size), np.arange(misfit.size), answer)
+    return float(np.linalg.lstsq(np.stack((moving, *others), axis=1), misfit, rcond=None)[0][0])
 
 
 def _placed(y: Array, answer: Array, use: Mask, count: int, scatter: float) -> tuple[int, int, int]:
