@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from identify.chain import Chain
 from identify.effects.effect import short
 from identify.explain.explanation import Finding, Location, Range
-from identify.explain.rivals import OTHERWISE, UNHEARD
+from identify.explain.rivals import OTHERWISE
 from identify.explain.select import Bench, Hypothesis
 from identify.holdout import Split, split
 from identify.model import Model
@@ -84,7 +84,7 @@ def finding(blemish: Blemish) -> Finding:
     words = ", ".join(told) + (f" ({blemish.where})" if blemish.where else "")
     others = blemish.confused_with
     return Finding(
-        blemish.id, Place.SENSE.label, "", (1.0 - UNHEARD * OTHERWISE) * (1.0 - blemish.p_value), parameters, blemish.equation,
+        blemish.id, Place.SENSE.label, "", (1.0 - OTHERWISE) * (1.0 - blemish.p_value), parameters, blemish.equation,
         blemish.sentence.format(words), (), others[0].would_separate if others else None,
     )  # fmt: skip
 
