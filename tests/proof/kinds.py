@@ -12,6 +12,7 @@ from math import exp, log1p
 from tests.proof.detect import Reach, Values
 from tests.proof.rigs import Rig, Rng, between, first_order
 
+PEAK = 4.5  # standard deviations that the noise of some reading reaches
 Scaled = Callable[[float], Values]
 Draw = Callable[[Rng, Reach], Scaled]
 
@@ -219,6 +220,7 @@ def _step_told(values: Values) -> Values:
 SIDES = ("both", "upper", "lower")
 U_LOW, U_HIGH = (lambda reach: -reach.u_v), (lambda reach: reach.u_v)
 W_LOW, W_HIGH = (lambda reach: reach.low_w_v), (lambda reach: reach.high_w_v)
+Y_LOW, Y_HIGH = (lambda r: r.low_w_v - PEAK * r.rig.noise_v), (lambda r: r.high_w_v + PEAK * r.rig.noise_v)
 
 LIBRARY: tuple[Kind, ...] = (
     Kind("dac_quantisation", "source", "dac_quantisation", _one("lsb", lambda r: 0.2 * r.u_v)),
@@ -259,7 +261,7 @@ LIBRARY: tuple[Kind, ...] = (
     Kind("gain_drift", "sense", "gain_drift", _one("rate", lambda r: 5e-3, signed=True)),
     Kind("ac_coupling", "sense", "ac_coupling", _slow(4.0), _slow_t),
     Kind("coloured_noise", "sense", "coloured_noise", _coloured, spectral=True),
-    *(Kind("adc_clipping", "sense", "adc_clipping", _limits(W_LOW, W_HIGH, side)) for side in SIDES),
+    *(Kind("adc_clipping", "sense", "adc_clipping", _limits(Y_LOW, Y_HIGH, side)) for side in SIDES),
     Kind("adc_quantisation", "sense", "adc_quantisation", _one("lsb", lambda r: 30.0 * r.rig.noise_v), _step_told),
     Kind("adc_nonlinearity", "sense", "adc_nonlinearity", _bent_adc),
     Kind("rectifying_sensor", "sense", "rectifying_sensor", _one("lost", lambda r: 1.0)),

@@ -49,6 +49,7 @@ def test_a_round_has_every_effect_once_and_the_shares_of_the_rest():
         turn = keys[first : first + size]
         assert sorted(k.about for k in turn if k.stratum == "single") == ["dead_time", "hum", "spikes"]
         assert {s: sum(k.stratum == s for k in turn) for s in ROUND} == ROUND
+        assert {k.about for k in turn if k.stratum == "below"} == {"dead_time", "hum"}
 
 
 def test_rigs_differ_widely_and_every_one_is_well_excited():
