@@ -23,6 +23,7 @@ COARSEST, FINEST = 16, 1 << 16  # steps in the range of u: 4 to 16 bits
 MOST, RARE = 40, 0.02  # levels that are looked at, and the share of the commonest one's samples that each has at least
 SMALL = 1e-4  # of the range of u: the change of a level that is passed on
 ROOM = 10.0  # sizes compared for every tooth more in the range of the levels
+LISTED = 3000  # sizes that promise most, of which no two are alike enough to be found more closely twice
 NARROWED, BETWEEN = 60, 0.4  # sizes that are found more closely, and how many teeth they lie apart
 ZOOMS, POINTS, CLOSER = 4, 41, 8.0
 AT_ONCE = 1 << 13  # sizes compared at once: bounds memory
@@ -62,7 +63,9 @@ class Comb:
             return []
         teeth = np.arange(COARSEST * reach / range_v, FINEST * reach / range_v, 1.0 / ROOM)
         lsb = reach / teeth
-        likely = _apart(lsb[np.argsort(-self.gains(lsb))], BETWEEN / reach, NARROWED)
+        gains = self.gains(lsb)
+        first = np.argpartition(-gains, min(LISTED, lsb.size - 1))[:LISTED]
+        likely = _apart(lsb[first[np.argsort(-gains[first])]], BETWEEN / reach, NARROWED)
         near = np.array([self._narrowed(step, 0.5 * step * step / reach) for step in likely])
         return _apart(near[np.argsort(-self.gains(near))], 0.01 / reach, count)
 
@@ -100,8 +103,7 @@ def comb(evidence: "Evidence") -> Comb:
         [_answers(evidence.chain, o, u, levels, height) for o, u in zip(evidence.observations, sources, strict=True)],
         axis=1,
     )
-    free = evidence.without_plain(rows)
-    return Comb(levels, rows @ free.T, free @ evidence.residual)
+    return Comb(levels, *evidence.normal_of(rows, np.zeros(evidence.residual.size)))
 
 
 def _held(u: Array) -> Array:

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 # that of the errors' size: the far narrower one of the edges, along which nothing has a slope, is not told.
 LSB = Parameter("dac_quantisation.lsb", "V", scale=5e-6, within=1.00001)
 WEIGHED = 4  # sizes compared with the plain parameters moved
-CLOSER = (0.1, 0.25, 0.4, 0.6, 0.75, 0.9)  # of the way through the sizes that round alike what is held long
-FIRM = 0.01  # search coordinates: a plain parameter known worse than that stays where it is
-FINER = (-0.12, -0.07, -0.03, 0.03, 0.07, 0.12)
+LARGE = 1e3  # fall of chi-squared from which a size is found more closely than what is held long tells
+SHARES = (0.1, 0.3, 0.5, 0.7, 0.9)  # of the way through the sizes that round that alike
+CLOSER = (-0.1, -0.05, 0.05, 0.1)
 LOOKED_ELSEWHERE = 2.0 * np.log(FINEST)  # chi-squared that the best of so many sizes gains on noise
 
 
@@ -66,14 +66,17 @@ class DacQuantisation(Effect):
         if not likely:
             return []
         best = min(likely, key=lambda values: self._left(evidence, values))
-        if evidence.gain(self, best) < LOOKED_ELSEWHERE:
+        gain = evidence.gain(self, best)
+        if gain < LOOKED_ELSEWHERE:
             return []
-        least, most = found.alike(best["lsb"])
-        for shares, first in ((CLOSER, least), (FINER, None)):
-            start = best["lsb"] if first is None else first
-            near = [{"lsb": centred(start + share * (most - least))} for share in shares]
-            best = evidence.best(self, [best, *near])
-        return [best]
+        return [self._within(evidence, *found.alike(best["lsb"]), best) if gain > LARGE else best]
+
+    def _within(self, evidence: "Evidence", least: float, most: float, best: dict[str, float]) -> dict[str, float]:
+        """Return the step between two that explains most: what is held long rounds alike, all else tells them apart."""
+        near = [{"lsb": centred(least + share * (most - least))} for share in SHARES]
+        best = evidence.best(self, [best, *near])
+        near = [{"lsb": centred(best["lsb"] + share * (most - least))} for share in CLOSER]
+        return evidence.best(self, [best, *near])
 
     def _left(self, evidence: "Evidence", values: dict[str, float]) -> float:
         """Return what chi-squared is left with steps of a size once the plain parameters have moved, and a bit more.
@@ -81,9 +84,6 @@ class DacQuantisation(Effect):
         Sizes whose errors are alike differ by less than what moving to first order leaves out.
         """
         change = evidence.change(self.put_in(evidence.chain, values))
-        fit, slopes = evidence.fitted, evidence.slopes
-        little = np.eye(len(fit.coordinates)) / FIRM**2
-        step = np.linalg.solve(slopes @ slopes.T + little, slopes @ (evidence.residual - change))
-        moved = {c.name: c.value(float(t + d)) for c, t, d in zip(fit.coordinates, fit.theta, step, strict=True)}
-        again = evidence.change(self.put_in(evidence.chain.with_values(moved), values))
+        moved = evidence.followed(self.put_in(evidence.chain, values), change)
+        again = evidence.change(moved)
         return evidence.left_by(evidence.residual - again)

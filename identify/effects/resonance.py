@@ -14,8 +14,9 @@ if TYPE_CHECKING:
 W_N = Parameter("resonance.w_n", "rad/s", "log")
 ZETA = Parameter("resonance.zeta", "1", "log")
 DAMPINGS = (0.1, 0.4, 1.0)
-FREQUENCIES = 5  # tried from a tenth of the sample rate downwards
-SPREAD = 400.0  # highest over lowest of them
+FREQUENCIES, TOP, SPREAD = 6, 0.3, 1000.0  # tried from a share of the sample rate down to a thousandth of that
+CLOSER = (0.6, 1.6)  # times the best of those
+FAR = 30.0  # times the sample rate: there a resonance is a lag of 2 zeta / w_n and no more
 
 
 @final
@@ -48,9 +49,13 @@ class Resonance(Effect):
         return run_filter((1.0,), den, grid, shape)
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
-        """Return the frequency and then the damping that explain most."""
-        top = 0.1 * 2.0 * np.pi / evidence.sample_s
-        frequencies = [float(w) for w in np.geomspace(top / SPREAD, top, FREQUENCIES)]
-        best = evidence.best(self, [{"w_n": w, "zeta": DAMPINGS[1]} for w in frequencies])
-        best = evidence.best(self, [{**best, "zeta": zeta} for zeta in DAMPINGS]) if best else {}
+        """Return the frequency, then the damping, then the frequency again that explain most; or a lag that does."""
+        rate = 2.0 * np.pi / evidence.sample_s
+        tried = [{"w_n": float(w), "zeta": DAMPINGS[1]} for w in np.geomspace(TOP / SPREAD, TOP, FREQUENCIES) * rate]
+        lag = evidence.scaled(self, {"w_n": FAR * rate, "zeta": DAMPINGS[1]}) / (FAR * rate)
+        if lag > 0.0:
+            tried.append({"w_n": 1.0 / lag, "zeta": DAMPINGS[1]})
+        best = evidence.best(self, tried)
+        best = evidence.best(self, [{**best, "zeta": zeta} for zeta in DAMPINGS])
+        best = evidence.best(self, [best, *({**best, "w_n": share * best["w_n"]} for share in CLOSER)])
         return [best] if best else []
