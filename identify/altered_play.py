@@ -16,6 +16,7 @@ from identify.stage import Block, Grid, Parameter, Run, Shape, Values
 from identify.trace import Array
 
 CONTACTS = (np.arange(16) + 0.5) / 16 - 0.5  # a contact spread over a width is that of plays so much of it apart
+SHAKEN_CONTACTS = (-0.375, -0.125, 0.125, 0.375)  # the same where noise rounds each of them by itself
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,16 @@ class Law:
     bypass: float = 0.0
 
     def operators(self) -> Iterator[tuple[float, "Law"]]:
-        """Yield the weight and the law of every operator that shares in w."""
+        """Yield the weight and the law of every operator that shares in w; contacts that shake are run one by one."""
+        shaken = SHAKEN_CONTACTS if self.spread_v > 0.0 and self.noise_v > 0.0 else ()
+        for weight, law in self._gaps():
+            for d_v in (share * law.spread_v for share in shaken):
+                yield weight / len(shaken), replace(law, d_l_v=law.d_l_v + d_v, d_u_v=law.d_u_v - d_v, spread_v=0.0)
+            if not shaken:
+                yield weight, law
+
+    def _gaps(self) -> Iterator[tuple[float, "Law"]]:
+        """Yield the weight and the law of every gap."""
         if self.second is None:
             yield 1.0, self
             return
@@ -101,9 +111,7 @@ def altered(play: Play, alteration: Alteration) -> AlteredPlay:
 
 
 def _operator(law: Law, grid: Grid) -> Run:
-    """Return one running operator, from w = 0 with nothing absorbed; ValueError for what is not run together."""
-    if law.spread_v > 0.0 and law.noise_v > 0.0:
-        raise ValueError("a contact that is spread and shaken by noise at once is not modelled")
+    """Return one running operator, from w = 0 with nothing absorbed."""
     state, widening = (0.0, 0.0), _widening(law.late_s, grid)
     hold = (law.keep, law.climb, law.to_w, law.to_q)
     spread = law.spread_v * CONTACTS

@@ -1,5 +1,6 @@
 """Does each effect do to the signals what an independent derivation of the same physics does?"""
 
+from dataclasses import replace
 from importlib.metadata import EntryPoint
 from typing import final
 
@@ -9,6 +10,7 @@ import pytest
 from identify import effects
 from identify.chain import Chain, as_promised, local_name, plain_chain, simulate
 from identify.effects import catalogue, chain_of, effect_of, physics_in, with_physics
+from identify.effects.inside_play import InsidePlay
 from identify.effects.offset_drift import OffsetDrift
 from identify.effects.plateau_droop import PlateauDroop
 from identify.effects.saturation import Saturation
@@ -279,10 +281,36 @@ def test_slopes_are_unequal_only_where_one_slope_was_promised():
     assert not slopes.applicable(as_promised(plain_chain(model_of(OP_AMP)), model_of(OP_AMP)))
 
 
-def test_a_spread_contact_shaken_by_noise_is_not_modelled():
-    both = (Physics("soft_knee", {"width": 0.1}), Physics("process_noise", {"sd": 0.1, "bandwidth": 1e3}))
-    with pytest.raises(ValueError, match="spread and shaken by noise at once is not modelled"):
-        simulate(chain_of(model_of(OP_AMP, both)), Trace("a", 1e4, np.zeros(3), np.zeros(3)))
+def test_a_spread_contact_shaken_by_noise_is_the_mean_of_contacts_that_shake():
+    knee, noise = (Physics("soft_knee", {"width": 0.4}), Physics("process_noise", {"sd": 0.03, "bandwidth": 1e3}))
+    trace = Trace("sine", SINE.rate_hz, SINE.u, np.zeros(SINE.u.size))
+
+    def answer(*physics, apart_v=0.0):
+        rig = replace(OP_AMP, d_l_v=OP_AMP.d_l_v + apart_v, d_u_v=OP_AMP.d_u_v - apart_v)
+        return simulate(chain_of(model_of(rig, physics)), trace)
+
+    contacts = [answer(noise, apart_v=0.4 * share) for share in (-0.375, -0.125, 0.125, 0.375)]
+    assert np.allclose(answer(knee, noise), np.mean(contacts, axis=0), rtol=0, atol=1e-12)
+    assert np.allclose(answer(noise, knee), answer(knee, noise), rtol=0, atol=1e-12)
+
+
+INSIDE = [e for kind in catalogue().values() if issubclass(kind, InsidePlay) for e in kind.variants()]
+
+
+@pytest.mark.parametrize("effect", INSIDE, ids=lambda effect: f"{effect.id} {effect.form}")
+def test_physics_inside_the_play_acts_beside_any_other(effect):
+    trace = Trace("sine", SINE.rate_hz, SINE.u[:640], np.zeros(640))
+    plain = plain_chain(model_of(OP_AMP))
+    for other in (o for o in INSIDE if o.id != effect.id):
+        both = effect.put_in(other.put_in(plain, valued(other)), valued(effect))
+        alone = simulate(other.put_in(plain, valued(other)), trace)
+        assert np.all(np.isfinite(simulate(both, trace)))
+        assert not np.allclose(simulate(both, trace), alone, rtol=0, atol=1e-6), other.id
+
+
+def valued(effect):
+    own = {p.name.rpartition(".")[2]: 0.3 * p.scale for p in effect.parameters()}
+    return own | {name: value for name, value in effect.example.items() if name in own}
 
 
 def test_a_dead_time_needs_a_source():
