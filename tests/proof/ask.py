@@ -1,8 +1,12 @@
 """What does the tool say of a trial, and what does the asking cost? The only file that meets the product."""
 
+import signal
 import time
 import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from types import FrameType
 
 from identify.chain import plain_chain, simulate
 from identify.effects import catalogue
@@ -12,6 +16,8 @@ from identify.readings import blemishes
 from identify.trace import Step, Trace
 from tests.proof.bench import Playable, Run, record
 from tests.trials import model_of
+
+MOST_S = 600.0  # of processor time: an answer that takes longer is none
 
 
 @dataclass(frozen=True)
@@ -53,12 +59,29 @@ def asked(trial: Playable) -> Reply:
         steps.append((sentence, round(time.process_time() - cpu, 3)))
 
     try:
-        said = explain(model, train, test, note).to_dict()
+        with limited(MOST_S):
+            said = explain(model, train, test, note).to_dict()
     except Exception:  # a study reports every failure and goes on
         failure = traceback.format_exc(limit=-4)
     seconds, processor_s = time.perf_counter() - began, time.process_time() - cpu
     samples = sum(trace.size for trace in train)
     return Reply(said, failure, round(seconds, 3), round(processor_s, 3), round(once_s, 5), samples, steps)
+
+
+@contextmanager
+def limited(processor_s: float) -> Iterator[None]:
+    """Raise TimeoutError where what runs inside takes more processor time; only in the main thread of a process."""
+
+    def stop(_number: int, _frame: FrameType | None) -> None:
+        raise TimeoutError(f"no answer within {processor_s:g} s of processor time")
+
+    before = signal.signal(signal.SIGVTALRM, stop)
+    signal.setitimer(signal.ITIMER_VIRTUAL, processor_s)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
+        signal.signal(signal.SIGVTALRM, before)
 
 
 def _simulated(model: Model, traces: list[Trace]) -> float:

@@ -4,11 +4,12 @@ A fixed share of ``python -m tests.proof``: a rig with nothing missing and one w
 """
 
 import json
-from itertools import islice
+from itertools import count, islice
 
 import pytest
 
 from tests.proof.__main__ import REPLY, arguments, main, selected
+from tests.proof.ask import limited
 from tests.proof.outcome import opened
 from tests.proof.study import answered
 
@@ -55,3 +56,8 @@ def test_what_no_trial_is_about_is_refused(words, capsys):
 def test_trials_about_one_id_are_of_the_stratum_it_belongs_to(about, stratum):
     keys = islice(selected(arguments(["--effect", about]), frozenset()), 3)
     assert [(key.about, key.stratum, key.number) for key in keys] == [(about, stratum, n) for n in range(3)]
+
+
+def test_an_answer_that_never_comes_ends_as_none():
+    with pytest.raises(TimeoutError, match=r"no answer within 0\.05 s"), limited(0.05):
+        all(number >= 0 for number in count())
