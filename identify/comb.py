@@ -6,6 +6,7 @@ are simulated once, and what rounding to any step would gain is then algebra.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from identify.evidence import Evidence
 
 COARSEST, FINEST = 16, 1 << 16  # steps in the range of u: 4 to 16 bits
-MOST, RARE = 40, 0.02  # levels that are looked at, and the share of the commonest one's samples that each has at least
+MOST, RARE = 32, 0.04  # levels that are looked at, and the share of the commonest one's samples that each has at least
 SMALL = 1e-4  # of the range of u: the change of a level that is passed on
 ROOM = 10.0  # sizes compared for every tooth more in the range of the levels
 LISTED = 3000  # sizes that promise most, of which no two are alike enough to be found more closely twice
@@ -30,7 +31,7 @@ AT_ONCE = 1 << 13  # sizes compared at once: bounds memory
 SAME_V = 3e-10  # sizes so close round alike
 
 
-def rounded(u: Array, lsb: float | Array) -> Array:
+def rounded(u: Array, lsb: float) -> Array:
     """Return u in whole steps; how many they are changes only with whole ``SAME_V`` of a step, their size with it."""
     return np.asarray(lsb * np.round(u / (SAME_V * np.round(lsb / SAME_V))))
 
@@ -48,12 +49,27 @@ class Comb:
     matrix: NDArray[np.float64]
     right: Array
 
+    @cached_property
+    def folded(self) -> "Comb":
+        """Return the same of levels above 0 V alone: a level and its opposite are rounded to opposites."""
+        sizes, which = np.unique(np.abs(self.levels), return_inverse=True)
+        fold = np.zeros((sizes.size, self.levels.size))
+        fold[which, np.arange(self.levels.size)] = np.sign(self.levels)
+        return Comb(sizes, fold @ self.matrix @ fold.T, fold @ self.right)
+
+    @cached_property
+    def most(self) -> float:
+        """Return the fall of chi-squared that errors of any kind could bring."""
+        return float(self.right @ np.linalg.lstsq(self.matrix, self.right)[0]) if self.levels.size else 0.0
+
     def gains(self, lsb: Array) -> Array:
         """Return the fall of chi-squared that rounding to each of some steps promises."""
+        levels, matrix, right = self.folded.levels, self.folded.matrix, self.folded.right
         found = [np.empty(0)]
         for first in range(0, lsb.size, AT_ONCE):
-            error = rounded(self.levels[:, None], lsb[None, first : first + AT_ONCE]) - self.levels[:, None]
-            found.append(2.0 * self.right @ error - np.sum(error * (self.matrix @ error), axis=0))
+            step = lsb[first : first + AT_ONCE]
+            error = np.rint(levels[:, None] / step) * step - levels[:, None]
+            found.append(np.einsum("ij,ij->j", error, 2.0 * right[:, None] - matrix @ error))
         return np.concatenate(found)
 
     def best(self, range_v: float, count: int) -> list[float]:

@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 # The size is found by comparing all (identify.comb). A fit moves it within those that round alike, and its interval is
 # that of the errors' size: the far narrower one of the edges, along which nothing has a slope, is not told.
 LSB = Parameter("dac_quantisation.lsb", "V", scale=5e-6, within=1.00001)
-WEIGHED = 4  # sizes compared with the plain parameters moved
-LARGE = 1e3  # fall of chi-squared from which a size is found more closely than what is held long tells
+WEIGHED = 3  # sizes compared with the plain parameters moved
+LARGE, SHARE = 1e3, 0.1  # fall of chi-squared, and share of what is to explain, from which a size is found more closely
 SHARES = (0.1, 0.3, 0.5, 0.7, 0.9)  # of the way through the sizes that round that alike
 CLOSER = (-0.1, -0.05, 0.05, 0.1)
-LOOKED_ELSEWHERE = 2.0 * np.log(FINEST)  # chi-squared that the best of so many sizes gains on noise
+LOOKED_ELSEWHERE = 12.0 + 2.0 * np.log(FINEST)  # chi-squared: more than the best of so many sizes gains on noise
 
 
 @final
@@ -62,6 +62,8 @@ class DacQuantisation(Effect):
         if not self.applicable(evidence.chain) or low == high:
             return []
         found = comb(evidence)
+        if found.most < LOOKED_ELSEWHERE:
+            return []
         likely = [{"lsb": centred(step)} for step in found.best(high - low, WEIGHED)]
         if not likely:
             return []
@@ -69,7 +71,8 @@ class DacQuantisation(Effect):
         gain = evidence.gain(self, best)
         if gain < LOOKED_ELSEWHERE:
             return []
-        return [self._within(evidence, *found.alike(best["lsb"]), best) if gain > LARGE else best]
+        likely_so = gain > max(LARGE, SHARE * (evidence.left - evidence.residual.size))
+        return [self._within(evidence, *found.alike(best["lsb"]), best) if likely_so else best]
 
     def _within(self, evidence: "Evidence", least: float, most: float, best: dict[str, float]) -> dict[str, float]:
         """Return the step between two that explains most: what is held long rounds alike, all else tells them apart."""
