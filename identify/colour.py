@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.fft import next_fast_len
-from scipy.signal import detrend
+from scipy.signal import detrend, sosfilt
 from scipy.stats import chi2
 
 from identify.noise import good, quantisation_rms, repeated, settled_dwells
@@ -34,15 +34,26 @@ Filter = Callable[[Array, Mask], Array]
 
 @dataclass(frozen=True)
 class Colour:
-    """Noise as an autoregression with coefficients ``taps``; ``gain`` is its rms over that of its new part n."""
+    """Noise as an autoregression with coefficients ``taps``; ``gain`` is its rms over that of its new part n.
+
+    Or, where it hangs together for longer, as white noise passed through a ladder of first-order lags and leads: a
+    pole and a zero each, in the plane of z.
+    """
 
     taps: tuple[float, ...] = ()
     gain: float = 1.0
+    ladder: tuple[tuple[float, ...], ...] = ()
+
+    @property
+    def white(self) -> bool:
+        """Return whether there is nothing to filter."""
+        return not self.taps and not self.ladder
 
     @property
     def slow(self) -> float:
         """Return by how much the mean of many readings scatters more than that of white noise of equal rms."""
-        return 1.0 / (self.gain * (1.0 - sum(self.taps)))
+        still = float(np.prod([(1.0 - pole) / (1.0 - zero) for pole, zero in self.ladder]))
+        return 1.0 / (self.gain * (1.0 - sum(self.taps)) * still)
 
     def to_dict(self) -> dict[str, object]:
         """Return the form of JSON answers."""
@@ -58,6 +69,8 @@ def whitening(colour: Colour) -> Filter:
     It remembers what came before, call by call. A reading whose past is not all in use becomes 0: it does not count.
     """
     order = len(colour.taps)
+    if colour.ladder:
+        return _climbing(colour)
     if order == 0:
         return lambda values, use: values[use]
     past, known = np.zeros(0), np.zeros(order, dtype=bool)
@@ -73,6 +86,23 @@ def whitening(colour: Colour) -> Filter:
             counts &= in_use[order - j : order - j + size]
         past, known = joined[-order:].copy(), in_use[-order:]
         white[~counts] = 0.0
+        return np.asarray(colour.gain * white[use])
+
+    return run
+
+
+def _climbing(colour: Colour) -> Filter:
+    """Return the filter of a ladder at work; a reading that is not in use counts as the model's answer to the rest."""
+    sections = np.array([(1.0, -pole, 0.0, 1.0, -zero, 0.0) for pole, zero in colour.ladder])
+    state = np.zeros(0)
+
+    def run(values: Array, use: Mask) -> Array:
+        nonlocal state
+        if state.shape[2:] != values.shape[1:] or not state.size:
+            state = np.zeros((len(sections), 2, *values.shape[1:]))
+        shown = values if use.all() else np.where(use.reshape(-1, *(1,) * (values.ndim - 1)), values, 0.0)
+        white, after = sosfilt(sections, shown, axis=0, zi=state)
+        state = after
         return np.asarray(colour.gain * white[use])
 
     return run

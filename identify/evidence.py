@@ -18,7 +18,7 @@ from identify.effects.effect import Effect
 from identify.fit import Fit
 from identify.levels import Levels, hats, knots_between, merit
 from identify.noise import grid_step_v
-from identify.observe import Observation
+from identify.observe import Observation, weighed
 from identify.stage import Place
 from identify.taps import Tapped
 from identify.trace import Array
@@ -64,7 +64,7 @@ class Evidence:
         """Return what any memoryless law of the level behind a place would gain."""
         if place not in self._levels:
             knots = knots_between(*self.range(place))
-            rows = np.concatenate([hats(self.chain, place, knots, o) / o.noise_v for o in self.observations], axis=1)
+            rows = np.concatenate([weighed(hats(self.chain, place, knots, o), o) for o in self.observations], axis=1)
             free = self.without_plain(rows)
             self._levels[place] = Levels(knots, rows @ free.T, free @ self.residual)
         return self._levels[place]
@@ -93,8 +93,7 @@ class Evidence:
     @cached_property
     def residual(self) -> Array:
         """Return the residual of the samples that count, all runs in a row, in units of the noise."""
-        parts = [o.used_residual(self.chain) / o.noise_v for o in self.observations]
-        return np.concatenate(parts)
+        return np.concatenate([piece for o in self.observations for piece in o.whitened(self.chain)])
 
     @cached_property
     def slopes(self) -> Matrix:
@@ -255,8 +254,8 @@ class Evidence:
     @cached_property
     def compared_v(self) -> tuple[Array, Array]:
         """Return the fitted chain's answer and the residual where samples count, all runs in a row, V."""
-        noise_v = np.repeat([o.noise_v for o in self.observations], [o.count for o in self.observations])
-        return np.concatenate([tapped.answer for tapped in self._tapped]) * noise_v, self.residual * noise_v
+        answers = [tapped.signals[-1][tapped.observation.use] for tapped in self._tapped]
+        return np.concatenate(answers), np.concatenate([o.used_residual(self.chain) for o in self.observations])
 
     @cached_property
     def grid_step_v(self) -> float:

@@ -111,6 +111,12 @@ class Observation:
         return self.residual(chain)[self.use]
 
 
+def weighed(rows: NDArray[np.float64], observation: Observation) -> NDArray[np.float64]:
+    """Return rows of the samples that count, V, shape (m, count), as a fit weighs them: per noise, made white."""
+    every = np.ones(rows.shape[1], dtype=np.bool_)
+    return np.asarray(whitening(observation.colour)(rows.T / observation.noise_v, every).T)
+
+
 def rms(values: Array) -> float:
     """Return the root mean square; 0 for no values."""
     return float(np.sqrt(np.mean(np.square(values)))) if values.size else 0.0

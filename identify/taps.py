@@ -10,6 +10,7 @@ import numpy as np
 
 from identify.between import source_of
 from identify.chain import CHUNK, Chain, advance, grid_of
+from identify.colour import whitening
 from identify.observe import Observation
 from identify.stage import Block, Grid, Ramp, Shape
 from identify.trace import Array
@@ -63,8 +64,10 @@ class Tapped:
         return self._seen(self._through(chain, first, len(chain.stages), entering) - self.signals[-1])
 
     def _seen(self, signal: Array) -> Array:
-        """Return a signal where samples count, in units of the noise."""
+        """Return a signal where samples count, in units of the noise, as a fit weighs it."""
         o = self.observation
+        if not o.colour.white:
+            return whitening(o.colour)(signal / o.noise_v, o.use)
         return np.asarray((signal if o.count == signal.size else signal[o.use]) / o.noise_v)
 
     def _shared(self, chain: Chain) -> int:

@@ -82,7 +82,7 @@ def _from_tangents(
 
 def _whitening(observation: Observation) -> Callable[[Array, Matrix, Mask], tuple[Array, Matrix]]:
     """Return what makes residual and rows those of white noise, and leaves out samples that do not count."""
-    if not observation.colour.taps:
+    if observation.colour.white:
         return lambda residual, rows, use: (residual, rows) if use.all() else (residual[use], rows[use])
     of_residual, of_rows = whitening(observation.colour), whitening(observation.colour)
     return lambda residual, rows, use: (of_residual(residual, use), of_rows(rows, use))

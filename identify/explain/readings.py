@@ -12,10 +12,11 @@ from identify.effects.effect import short
 from identify.explain.explanation import Finding, Location, Range
 from identify.explain.rivals import OTHERWISE
 from identify.explain.select import Bench, Hypothesis
-from identify.holdout import Split, split
+from identify.holdout import Split, settling_s, split
 from identify.model import Model
 from identify.natural_units import shown_interval
 from identify.readings.blemish import Blemish
+from identify.readings.coloured_noise import ColouredNoise, coloured_noise
 from identify.readings.grid import adc_steps
 from identify.readings.mend import Mended, mended
 from identify.stage import Place
@@ -57,10 +58,25 @@ def read(
         better = prepared(split(model, rough.training, rough.proof))[1].fit.chain
         seen = mended(better, traces, hold_out, raw.noise.rms_v, leave_out)
         rough = mended(better, traces, hold_out, raw.noise.rms_v, leave_out, rough=True)
-    if not seen.found:
+    data = split(model, seen.training, seen.proof) if seen.found else raw
+    data, noise = _whitened(data, seen, settling_s(model), leave_out)
+    if data is raw:
         return Readings(recorded.training, recorded.proof, raw, before, raw, bench, before, ())
-    data = split(model, seen.training, seen.proof)
-    return Readings(recorded.training, recorded.proof, raw, before, data, *prepared(data), seen.found)
+    return Readings(recorded.training, recorded.proof, raw, before, data, *prepared(data), (*seen.found, *noise))
+
+
+def _whitened(
+    data: Split, seen: Mended, settle_s: float, leave_out: Sequence[str]
+) -> tuple[Split, tuple[ColouredNoise, ...]]:
+    """Return the data weighed as their noise is coloured, and what tells of that; as they are where it is white."""
+    noise = None if ColouredNoise.id in leave_out else coloured_noise(seen.training, seen.proof, settle_s)
+    if noise is None:
+        return data, ()
+    train, test = (
+        tuple(replace(o, noise_v=noise.rms_v, colour=noise.colour(o.trace)) for o in part)
+        for part in (data.train, data.test)
+    )
+    return replace(data, train=train, test=test, noise=replace(data.noise, rms_v=noise.rms_v)), (noise.blemish,)
 
 
 def reread(readings: Readings, chain: Chain, explained: Sequence[str], leave_out: Sequence[str]) -> Readings:
@@ -68,10 +84,12 @@ def reread(readings: Readings, chain: Chain, explained: Sequence[str], leave_out
 
     The steps of the ADC are told here, where no effect tells of them.
     """
-    found = readings.found
+    noise = tuple(b for b in readings.found if b.id == ColouredNoise.id)
+    found = tuple(b for b in readings.found if b.id != ColouredNoise.id)
     if found:
         again = mended(chain, readings.traces, readings.hold_out, readings.data.noise.rms_v, leave_out).found
         found = again if [b.id for b in again] == [b.id for b in found] else found
+    found = (*found, *noise)
     if "adc_quantisation" not in (*explained, *leave_out):
         found = (*found, *adc_steps([*readings.traces, *readings.hold_out], readings.data.noise.rms_v))
     return replace(readings, found=found)

@@ -5,6 +5,7 @@ are found from the readings and the residual by robust tests, undone (left out, 
 """
 
 from identify.readings.blemish import Blemish
+from identify.readings.coloured_noise import ColouredNoise
 from identify.readings.grid import AdcSteps
 from identify.readings.missing_samples import MissingSamples
 from identify.readings.spikes import Spikes
@@ -12,4 +13,4 @@ from identify.readings.spikes import Spikes
 
 def blemishes() -> dict[str, type[Blemish]]:
     """Return every kind of blemish by id."""
-    return {kind.id: kind for kind in (AdcSteps, MissingSamples, Spikes)}
+    return {kind.id: kind for kind in (AdcSteps, ColouredNoise, MissingSamples, Spikes)}

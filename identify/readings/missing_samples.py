@@ -28,6 +28,7 @@ LAG_SD = 0.1  # samples: how well the lag on either side of a loss has to be kno
 NEAR = 0.03  # of the run's movement, looked at on either side at least: whole edges, not the start of one
 LAG_OFF = 0.3  # samples by which it may differ once the loss is mended
 PART_OF_PERIOD = 0.7  # of a stimulus, up to which a loss is told from readings taken twice
+STRETCHES = 40  # of a recording, over which sums show what hangs together
 SHIFTS = (-3, -2, -1, 1, 2, 3)  # samples by which the whole recording may lie off: a delay, not a loss
 DROP = 3.84  # of chi-squared at the ends of a 95 % interval
 
@@ -129,9 +130,16 @@ def _as_delay(y: Array, answer: Array, use: Mask) -> float:
 
 
 def _after(y: Array, answer: Array, use: Mask, at: int, count: int) -> float:
-    """Return the scatter of readings about the answer once the loss is mended, V: a model that fails proves less."""
-    misfit = _misfits(y, answer, at, count)
-    return float(np.sqrt(np.mean(np.square(misfit[use[: misfit.size]]))))
+    """Return the scatter of readings about the answer once the loss is mended, V: a model that fails proves less.
+
+    What hangs together in the misfit lets its products with the slope scatter more: that counts as more scatter.
+    """
+    misfit, slope = _misfits(y, answer, at, count), np.gradient(answer)
+    moving = np.where(use[: misfit.size], np.delete(slope, np.s_[at : at + count]), 0.0)
+    plain = float(np.mean(np.square(misfit[use[: misfit.size]])))
+    sums = [float(np.sum(piece)) for piece in np.array_split(misfit * moving, STRETCHES)]
+    together = float(np.sum(np.square(sums))) / max(float(moving @ moving), 1e-300)
+    return float(np.sqrt(max(plain, together)))
 
 
 def _misfits(y: Array, answer: Array, at: int, count: int) -> Array:

@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 
 from identify.chain import plain_chain, simulate
+from identify.colour import Colour, whitening
 from identify.effects.effect import Confusion, short
+from identify.holdout import settling_s
 from identify.readings import blemishes
 from identify.readings.blemish import Blemish
+from identify.readings.coloured_noise import coloured_noise
 from identify.readings.grid import COARSE, adc_steps
 from identify.readings.mend import mended
 from identify.readings.missing_samples import loss_in, with_gap
@@ -119,6 +122,52 @@ def test_a_gap_keeps_length_and_stimulus():
     assert gap.y.tolist() == [0.0, 1.0, 1.25, 1.5, 1.75, 2.0]
     assert gap.valid.tolist() == [True, True, False, False, False, True]
     assert (gap.u.tolist(), gap.start_s) == (trace.u.tolist(), 1.0)
+
+
+LONG = sine("long", 10.0, 3.4, 20, 2)
+
+
+@pytest.mark.parametrize(("sd_v", "slope"), [(0.02, 1.0), (0.03, 1.8)])
+def test_coloured_noise_is_measured_and_made_white(sd_v, slope):
+    settle_s = settling_s(model_of(OP_AMP))
+    training, proof = (
+        [recording(Concealed("coloured_noise", {"sd": sd_v, "slope": slope}), stimulus=LONG, seed=s, start_s=at)
+         for s, at in pairs] for pairs in (((1, 0.0), (2, 9.0), (3, 18.0)), ((4, 30.0),))
+    )  # fmt: skip
+    noise = coloured_noise(training, proof, settle_s)
+    told = noise.blemish.values
+    assert told["sd"].low < sd_v < told["sd"].high
+    assert told["slope"].low < slope < told["slope"].high
+    assert noise.white_v == pytest.approx(NOISE_V, rel=0.05)
+    white = whitening(noise.colour(training[0]))
+    every = np.ones(1000, dtype=bool)
+    pieces = [white(e / noise.rms_v, every) for e in np.split(noise_of(training[0]), LONG.u.size // 1000)]
+    left = np.concatenate(pieces)
+    assert np.std(left) == pytest.approx(1.0, abs=0.05)
+    sums = left.reshape(-1, 100).sum(axis=1) / 10.0
+    assert 0.6 < np.std(sums) < 1.4
+    coloured_sums = noise_of(training[0]).reshape(-1, 100).sum(axis=1) / 10.0 / noise.rms_v
+    assert np.std(coloured_sums) > 2.5
+
+
+@pytest.mark.parametrize(
+    "physics", [(), (Concealed("gain_drift", {"rate": 0.01}),), (Concealed("clock_skew", {"ppm": 200.0}),),
+                (Concealed("process_noise", {"sd": 0.05, "bandwidth": 300.0}),)],
+    ids=["white", "drift", "skew", "noise before the gap"],
+)  # fmt: skip
+def test_what_is_no_power_law_is_no_coloured_noise(physics):
+    traces = [recording(*physics, stimulus=LONG, seed=seed, start_s=9.0 * seed) for seed in (1, 2)]
+    assert coloured_noise(traces, [], settling_s(model_of(OP_AMP))) is None
+
+
+def test_a_ladder_is_run_piece_by_piece_as_in_one():
+    colour = Colour(gain=1.3, ladder=((0.99, 0.9), (0.9, 0.5)))
+    values, use = np.random.default_rng(1).normal(size=(60, 2)), np.arange(60) % 7 > 0
+    whole = whitening(colour)(values, use)
+    pieces = whitening(colour)
+    assert np.allclose(whole, np.concatenate([pieces(values[:25], use[:25]), pieces(values[25:], use[25:])]))
+    assert np.allclose(whole[:, 0], whitening(colour)(values[:, 0], use))
+    assert not colour.white
 
 
 def test_steps_of_the_adc_are_told_when_they_matter_against_the_noise():

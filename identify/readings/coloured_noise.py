@@ -1,0 +1,235 @@
+"""Is there noise that hangs together over long times, and how large and how steep is it?
+
+Told from what repeats: the difference of two repeats of one stimulus holds no answer of the rig, only noise, and what
+changes with the clock (offset, scale, time base), which is freed from it by regression; the mains are left out. Its
+power at every frequency is compared with white noise and a power law, by Whittle's likelihood (P. Whittle, Ark. Mat. 2
+(1953) 423): ordinates of a periodogram are independent and exponential about the spectrum.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, final
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.stats import chi2
+
+from identify.colour import Colour
+from identify.effects.effect import Confusion
+from identify.interval import Interval
+from identify.noise import good, repeated
+from identify.quadratic import inverse
+from identify.readings.blemish import Blemish
+from identify.stage import Parameter
+from identify.trace import Array, Trace
+
+MAINS_HZ = (50.0, 60.0)
+BESIDE_MAINS_HZ = 1.0
+HARMONICS = 10
+CONVINCING = 60.0  # twice the fall of the log-likelihood
+CONFIRMING = 10.0  # the same on readings kept back
+MISFIT = 2.0  # deviance a band from which noise follows another law, or is none
+SLOPES = (0.3, 3.0)
+STARTS = ((0.3, 1.0), (1.0, 0.7), (1.0, 1.5), (3.0, 1.0))  # sd over the white noise, slope
+PER_DECADE = 1.6  # poles and zeros of the filter that whitens it
+STEP = 1e-3  # of the differences for the curvature
+LOWEST = 3  # ordinates: what is left of drifts
+BANDS = 30  # a decade: the power law bends little in one
+LEAST = 400  # readings of a pair of repeats
+
+
+@final
+class ColouredNoise(Blemish):
+    """Noise beside the white, its power falling with frequency as a power of it."""
+
+    id = "coloured_noise"
+    title = "coloured noise"
+    equation = "y' = y + e, power of e in proportion to 1 / f^slope from the length of a run to half the rate, rms sd"
+    sentence = (
+        "The noise of the reading is not white: {}. Near a slope of 1 it is flicker noise of an amplifier, near 2 a "
+        "wandering level, as of a warm joint or a reference; averaging more readings helps little against it."
+    )
+    axis = "frequency"
+    fingerprint = "residual spectrum not white, no line"
+    declared: ClassVar = (Parameter("coloured_noise.sd", "V", "log"), Parameter("coloured_noise.slope", "1"))
+    confused_with: ClassVar = (
+        Confusion("hum", "a longer idle run: the mains is a line, noise is none"),
+        Confusion("process_noise", "a sine too small to move F: what is still there is noise of the reading"),
+    )
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """Power of the difference of two repeats per sqrt(2), V^2, at frequencies in Hz, each the mean of ``count``.
+
+    ``lines_hz`` are the recording's own frequencies, over which coloured noise has its rms.
+    """
+
+    frequency_hz: Array
+    power: Array
+    count: Array
+    lines_hz: Array
+
+    def expected(self, white_v: float, sd_v: float, slope: float) -> Array:
+        """Return the mean power of white and coloured noise together."""
+        return power_of(self.frequency_hz, self.lines_hz, white_v, sd_v, slope)
+
+
+def power_of(frequency_hz: Array, lines_hz: Array, white_v: float, sd_v: float, slope: float) -> Array:
+    """Return the power of noise whose coloured part has rms ``sd_v`` over the lines of a recording, V^2."""
+    share = sd_v**2 / float(np.mean(lines_hz**-slope))
+    return np.asarray(white_v**2 + share * frequency_hz**-slope)
+
+
+@dataclass(frozen=True)
+class Coloured:
+    """White and coloured noise together: rms of either, V, and the slope; ``blemish`` tells of it."""
+
+    white_v: float
+    sd_v: float
+    slope: float
+    blemish: ColouredNoise
+
+    @property
+    def rms_v(self) -> float:
+        """Return the rms of a reading's noise, V."""
+        return float(np.hypot(self.white_v, self.sd_v))
+
+    def colour(self, trace: Trace) -> Colour:
+        """Return the filter that makes the noise of a recording white: poles and zeros in turn follow the power law.
+
+        From the length of the run to where white noise takes over, evenly in log frequency (A. Oustaloup et al., IEEE
+        Trans. Circuits Syst. I 47 (2000) 25); no steeper than lags of first order can be.
+        """
+        lines = lines_of(trace)
+        share = self.sd_v**2 / float(np.mean(lines**-self.slope))
+        low, top = float(lines[0]), min((share / self.white_v**2) ** (1.0 / self.slope), 0.3 * trace.rate_hz)
+        if top <= 2.0 * low:
+            return Colour()
+        count = max(1, round(PER_DECADE * float(np.log10(top / low))))
+        ratio, part = (top / low) ** (1.0 / count), min(0.5 * self.slope, 1.0)
+        poles = low * ratio ** (np.arange(count) + 0.5 * (1.0 - part))
+        turn = 2.0 * np.pi / trace.rate_hz
+        ladder = np.exp(-turn * np.stack((poles, poles * ratio**part), axis=1))
+        z = np.exp(-1j * turn * lines)[:, None]
+        passed = np.abs(np.prod((1.0 - ladder[:, 0] * z) / (1.0 - ladder[:, 1] * z), axis=1)) ** 2
+        left = float(np.mean(passed * power_of(lines, lines, self.white_v, self.sd_v, self.slope)))
+        return Colour(gain=self.rms_v / float(np.sqrt(left)), ladder=tuple(map(tuple, ladder.tolist())))
+
+
+def lines_of(trace: Trace) -> Array:
+    """Return the frequencies of a recording, from one period in it to half its rate, Hz."""
+    return np.asarray(trace.rate_hz / trace.size * np.arange(1, trace.size // 2 + 1))
+
+
+def coloured_noise(training: Sequence[Trace], proof: Sequence[Trace], settle_s: float) -> Coloured | None:
+    """Return the noise when it is coloured beyond doubt and that holds on readings kept back; None when it is white."""
+    seen = spectra(training, settle_s)
+    if not seen:
+        return None
+    white_v = _white(seen)
+    options = [_fitted(seen, white_v, share * white_v, slope) for share, slope in STARTS]
+    best, cost = min(options, key=lambda option: option[1])
+    told = 2.0 * (_cost(seen, white_v, 0.0, 1.0) - cost)
+    kept = spectra(proof, settle_s)
+    law = SLOPES[0] < best[2] < SLOPES[1] and _misfit(seen, best) < MISFIT
+    if told < CONVINCING or not law or (kept and _improvement(kept, best) < CONFIRMING):
+        return None
+    scatter = np.sqrt(np.diag(inverse(_curvature(seen, best))))
+    white_v, sd_v, slope = _values(best)
+    values = {
+        "sd": Interval(sd_v, sd_v * float(np.exp(-1.96 * scatter[1])), sd_v * float(np.exp(1.96 * scatter[1]))),
+        "slope": Interval(slope, slope - 1.96 * float(scatter[2]), slope + 1.96 * float(scatter[2])),
+    }
+    return Coloured(white_v, sd_v, slope, ColouredNoise(values, float(chi2.sf(told, 2))))
+
+
+def _white(seen: Sequence[Spectrum]) -> float:
+    """Return the likeliest rms of noise that is white, V."""
+    return float(np.sqrt(sum(s.power @ s.count for s in seen) / sum(np.sum(s.count) for s in seen)))
+
+
+def _values(at: Array) -> tuple[float, float, float]:
+    """Return white noise and sd, V, and slope from search coordinates."""
+    return float(np.exp(at[0])), float(np.exp(at[1])), float(np.clip(at[2], *SLOPES))
+
+
+def _cost(seen: Sequence[Spectrum], white_v: float, sd_v: float, slope: float) -> float:
+    """Return minus Whittle's log-likelihood."""
+    expected = [s.expected(white_v, sd_v, slope) for s in seen]
+    return sum(float(np.sum(s.count * (np.log(e) + s.power / e))) for s, e in zip(seen, expected, strict=True))
+
+
+def _fitted(seen: Sequence[Spectrum], white_v: float, sd_v: float, slope: float) -> tuple[Array, float]:
+    """Return the likeliest search coordinates from a start, and their cost."""
+    start = np.array([np.log(white_v), np.log(sd_v), slope])
+
+    def cost(at: Array) -> float:
+        return _cost(seen, *_values(at))
+
+    found: Any = minimize(cost, start, method="Nelder-Mead", options={"maxiter": 300})
+    return np.asarray(found.x), float(found.fun)
+
+
+def _misfit(seen: Sequence[Spectrum], at: Array) -> float:
+    """Return the deviance from a spectrum that is free in every band, per band: about one for the right law."""
+    ratios = np.concatenate([s.power / s.expected(*_values(at)) for s in seen])
+    count = np.concatenate([s.count for s in seen])
+    return float(np.mean(2.0 * count * (ratios - 1.0 - np.log(ratios))))
+
+
+def _improvement(kept: Sequence[Spectrum], at: Array) -> float:
+    """Return twice the gain in log-likelihood of coloured over white noise on other readings."""
+    return 2.0 * (_cost(kept, _white(kept), 0.0, 1.0) - _cost(kept, *_values(at)))
+
+
+def _curvature(seen: Sequence[Spectrum], at: Array) -> Array:
+    """Return the expected curvature of the cost: the sum of products of relative slopes of the expected power."""
+    total = np.zeros((3, 3))
+    for spectrum in seen:
+        ends = [
+            [np.log(spectrum.expected(*_values(at + sign * step))) for sign in (1.0, -1.0)] for step in STEP * np.eye(3)
+        ]
+        slopes = np.array([(above - below) / (2.0 * STEP) for above, below in ends])
+        total += (slopes * spectrum.count) @ slopes.T
+    return total
+
+
+def spectra(traces: Sequence[Trace], settle_s: float) -> list[Spectrum]:
+    """Return the power of the difference between the repeats of every recording that has any."""
+    found = []
+    for trace in traces:
+        for first, stop, period in repeated(trace, round(settle_s * trace.rate_hz)):
+            lag = (stop - first) // (2 * period) * period
+            if lag >= LEAST:
+                found.append(_spectrum(trace, first, lag))
+    return found
+
+
+def _spectrum(trace: Trace, first: int, lag: int) -> Spectrum:
+    """Return the periodogram of the difference between two stretches ``lag`` samples apart, freed of drifts.
+
+    Seen through a window of Hann, every second ordinate stands for itself.
+    """
+    use = good(trace)[first : first + lag] & good(trace)[first + lag : first + 2 * lag]
+    once, again = trace.y[first : first + lag], trace.y[first + lag : first + 2 * lag]
+    t, mean = np.linspace(-1.0, 1.0, lag), 0.5 * (once + again)
+    columns = np.stack((np.ones(lag), t, mean, t * mean, np.gradient(mean)), axis=1)
+    difference = np.where(use, again - once, 0.0) / np.sqrt(2.0)
+    left = difference - columns @ np.linalg.lstsq(columns, difference, rcond=None)[0]
+    window = np.hanning(lag)
+    power = np.square(np.abs(np.fft.rfft(np.where(use, left, 0.0) * window))) / float(window @ (window * use))
+    frequency = np.fft.rfftfreq(lag, 1.0 / trace.rate_hz)
+    kept = np.arange(frequency.size) % 2 == 0
+    kept[:LOWEST], kept[-1] = False, False
+    for line in np.outer(MAINS_HZ, np.arange(1, HARMONICS + 1)).ravel():
+        kept &= np.abs(frequency - line) > max(BESIDE_MAINS_HZ, 3.0 * trace.rate_hz / lag)
+    return _gathered(frequency[kept], power[kept], lines_of(trace))
+
+
+def _gathered(frequency: Array, power: Array, lines_hz: Array) -> Spectrum:
+    """Return a spectrum by means over narrow bands, even in log frequency."""
+    band = np.floor(BANDS * np.log10(frequency)).astype(np.int64)
+    _, which, count = np.unique(band, return_inverse=True, return_counts=True)
+    middle, mean = (np.bincount(which, values) / count for values in (frequency, power))
+    return Spectrum(middle, mean, count.astype(np.float64), lines_hz)
