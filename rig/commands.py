@@ -3,8 +3,8 @@
 Only click is imported here, so that ``rig --help`` answers at once; every command loads what it needs.
 """
 
-from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 import click
 
@@ -12,6 +12,7 @@ from rig.typed import (
     check_destinations,
     command,
     commands,
+    deliver,
     device_option,
     json_option,
     optional_quantity,
@@ -24,10 +25,6 @@ from rig.typed import (
     runs_argument,
     say,
 )
-
-if TYPE_CHECKING:
-    from identify.explain.explanation import Explanation
-    from identify.identification import Identification
 
 __all__ = ["commands"]
 
@@ -214,31 +211,38 @@ def identify(
     loaded = workflow.load(runs, rig)
     with terminal.bar("identifying", quiet) as progress:
         found = workflow.identify_runs(loaded, progress, borders, knots)
-    _deliver(found, json_to, report, lambda: workflow.identification_html(found), narration.identified(found))
+    deliver(found, json_to, report, lambda: workflow.identification_html(found), narration.identified(found))
 
 
-@command("explain", "rig explain run.h5 --report run.html", "rig explain a.h5 b.h5 --hold-out c.h5 --json answer.json")
+@command("explain", "rig explain run.h5 --report run.html", "rig explain a.h5 b.h5 --hold-out c.h5 --json answer.json",
+         "rig explain run.h5 --follow-up serial:/dev/ttyACM0")  # fmt: skip
 @runs_argument
 @rig_option
 @click.option("--hold-out", multiple=True, metavar="RUN", help="Keep this run for the proof; may be given again.")
+@click.option("--follow-up", metavar="ADDRESS", help="Play on this device what would decide open questions.")
+@click.option("--separate", metavar="FOLDER", help="Where protocols that would decide go; else beside the answer.")
 @json_option
 @report_option
 @quiet_option
 def explain(
-    runs: Sequence[str], rig: str | None, hold_out: Sequence[str], json_to: str | None, report: str | None, quiet: bool,
+    runs: Sequence[str], rig: str | None, hold_out: Sequence[str], follow_up: str | None, separate: str | None,
+    json_to: str | None, report: str | None, quiet: bool,
 ) -> None:  # fmt: skip
     """Tell what physics the model lacks.
 
     Finds where recording and simulation differ, names what is missing, and proves the better model on held-out data.
+    Where several physics fit, a protocol that would tell them apart is written beside the answer.
     """
-    from rig import narration, terminal, workflow
+    from rig import followup, narration, terminal, workflow
 
     check_destinations(json_to, report)
-    loaded = workflow.load(runs, rig, hold_out)
+    asked = followup.Asked(tuple(runs), rig, tuple(hold_out), followup.folder(separate, json_to, report, follow_up),
+                           follow_up)
     with terminal.bar("explaining", quiet) as progress:
-        told = workflow.explain_runs(loaded, workflow.part(progress, 0.0, 0.8 if report else 1.0))
-        found = workflow.identify_improved(loaded, told, workflow.part(progress, 0.8, 1.0)) if report else None
-    _deliver(told, json_to, report, lambda: workflow.explanation_html(told, found), narration.explained(told))
+        done = followup.explain(asked, workflow.part(progress, 0.0, 0.8 if report else 1.0))
+        found = workflow.identify_improved(done.runs, done.told, workflow.part(progress, 0.8, 1.0)) if report else None
+    deliver(done.told, json_to, report, lambda: workflow.explanation_html(done.told, found),
+             [*narration.explained(done.told), *followup.words(done)], done.to_dict())
 
 
 @command("simulate", "rig simulate run.h5 --rig answer.json --out answer.csv", "rig simulate run.h5 --rig my_rig.yaml")
@@ -278,21 +282,3 @@ def demo(out: str, quiet: bool) -> None:
     say(narration.explained(shown.told))
     say(f"  written  {path}" for path in shown.files)
     say([f"Open {shown.report} in a browser."])
-
-
-def _deliver(
-    answer: "Identification | Explanation", json_to: str | None, report: str | None, page: Callable[[], str],
-    words: Iterable[str],
-) -> None:  # fmt: skip
-    """Write what was asked for; tell the words unless stdout is for the JSON."""
-    from rig.outputs import write_text
-    from rig.workflow import answer_json
-
-    if json_to and json_to != "-":
-        write_text(json_to, answer_json(answer))
-    if json_to == "-":
-        click.echo(answer_json(answer), nl=False)
-    else:
-        say(words)
-    if report:
-        write_text(report, page())

@@ -19,6 +19,13 @@ def check_destination(path: str | Path) -> None:
         raise UsageError("no such folder to write into", where=str(path), do="make the folder first")
 
 
+def check_folder(path: str | Path) -> Path:
+    """Return a folder that is there; raise UsageError."""
+    if not Path(path).is_dir():
+        raise UsageError("no such folder to write into", where=str(path), do="make the folder first")
+    return Path(path)
+
+
 def write_text(path: str | Path, text: str) -> None:
     """Put ``text`` at ``path`` in one move, replacing what stood there; raise FileError."""
     path = Path(path)

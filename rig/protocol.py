@@ -161,3 +161,11 @@ def _whole_step(document: Document, index: int, kind: str, beside: dict[str, Any
     stimulus = STIMULI[kind].read(document, "steps", index, kind)
     form = StepForm.of(document, ("steps", index), beside)
     return ProtocolStep(form.label or stimulus.title(), stimulus, form.repeats, document.at("steps", index, kind))
+
+
+def limits_in(text: str) -> Limits | None:
+    """Return the limits a protocol's text declares; None where there is no such text."""
+    if not text.strip():
+        return None
+    document = parse_yaml(text, "the protocol in the recording")
+    return LimitsForm.read(document, "limits").limits()

@@ -1,6 +1,7 @@
 """How is a designed protocol written down, so that it reads back as meant and a bench operator can follow it?"""
 
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from textwrap import wrap
@@ -30,7 +31,7 @@ class Heading:
 
 
 def label(candidate: "Candidate") -> str:
-    """Return the name of a step, which tells it from every other of its protocol."""
+    """Return the name of a step; only walks of one size and dwell may share it."""
     from identify.planning.candidates import Stairs, Tone
 
     if isinstance(candidate, Stairs):
@@ -60,10 +61,13 @@ def written(
     lines.append(f"acquisition: {{rate: {heading.rate}}}")
     lines += [f"ramp: {heading.ramp}"] if heading.ramp else []
     lines.append("steps:")
+    seen: Counter[str] = Counter()
     for candidate, repeats in steps:
         name = label(candidate)
+        seen[name] += 1
+        apart = name if seen[name] == 1 else f"{name}, another ({seen[name]})"
         lines += _comment((why or {}).get(name, ""), "  ")
-        lines += [f"  - label: {quoted(name)}", f"    repeats: {repeats}", *_stimulus(candidate)]
+        lines += [f"  - label: {quoted(apart)}", f"    repeats: {repeats}", *_stimulus(candidate)]
     return "\n".join(lines) + "\n"
 
 

@@ -3,10 +3,15 @@
 Only click is imported here, so that ``rig --help`` answers at once.
 """
 
-from collections.abc import Callable, Iterable
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
 import click
+
+if TYPE_CHECKING:
+    from identify.explain.explanation import Explanation
+    from identify.identification import Identification
 
 Command = Callable[..., None]
 SETTINGS: dict[str, Any] = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
@@ -82,3 +87,21 @@ def rows_of(rows: str | None) -> tuple[int, int | None]:
         allowed = "FIRST:STOP, such as 5200:105200"
         raise UsageError("not a range of rows", where="--rows", value=repr(rows), allowed=allowed)
     return int(first or 0), int(stop) if stop else None
+
+
+def deliver(
+    answer: "Identification | Explanation", json_to: str | None, report: str | None, page: Callable[[], str],
+    words: Iterable[str], beside: Mapping[str, object] = MappingProxyType({}),
+) -> None:  # fmt: skip
+    """Write what was asked for; tell the words unless stdout is for the JSON."""
+    from rig.outputs import write_text
+    from rig.workflow import answer_json
+
+    if json_to and json_to != "-":
+        write_text(json_to, answer_json(answer, beside))
+    if json_to == "-":
+        click.echo(answer_json(answer, beside), nl=False)
+    else:
+        say(words)
+    if report:
+        write_text(report, page())

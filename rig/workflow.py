@@ -2,10 +2,11 @@
 
 import io
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -33,12 +34,16 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True)
 class Runs:
-    """Recordings as identification sees them, under distinct names, and the plain model to start from."""
+    """Recordings as identification sees them, under distinct names, and the plain model to start from.
+
+    ``protocols`` are the texts of what was played, where the recordings know them.
+    """
 
     traces: tuple[Trace, ...]
     held_out: tuple[Trace, ...]
     model: "Model"
     rig: RigFile | None = None
+    protocols: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -67,7 +72,8 @@ def load(paths: Sequence[str | Path], rig: str | Path | None = None, hold_out: S
     recordings = {path: read(path) for path in (*kept, *held)}
     found = _rig(recordings, rig)
     traces = _named_apart([recording.trace() for recording in recordings.values()])
-    return Runs(tuple(traces[: len(kept)]), tuple(traces[len(kept) :]), found.model, found)
+    protocols = tuple(recording.protocol_text for recording in recordings.values())
+    return Runs(tuple(traces[: len(kept)]), tuple(traces[len(kept) :]), found.model, found, protocols)
 
 
 def identify_runs(
@@ -89,6 +95,13 @@ def explain_runs(runs: Runs, progress: Progress | None = None) -> "Explanation":
 
     with _unusable(runs):
         return explain(runs.model, runs.traces, runs.held_out, progress)
+
+
+def kept_in_doubt(told: "Explanation", sets: Sequence[Sequence[tuple[str, str]]]) -> "Explanation":
+    """Return the explanation with the members (id, stage) of earlier sets that its data do not exclude either."""
+    from identify.explain.contenders import remembered
+
+    return remembered(told, sets)
 
 
 def identify_improved(runs: Runs, told: "Explanation", progress: Progress | None = None) -> "Identification | None":
@@ -146,9 +159,9 @@ def simulated_csv(played: Simulated) -> str:
     return table.getvalue()
 
 
-def answer_json(found: "Identification | Explanation") -> str:
-    """Return an answer as the JSON of the charter, the model in the form of a rig file."""
-    return json_text({**found.to_dict(), "model": model_to_dict(found.model)})
+def answer_json(found: "Identification | Explanation", beside: Mapping[str, object] = MappingProxyType({})) -> str:
+    """Return an answer as the JSON of the charter, the model in the form of a rig file; ``beside`` are further keys."""
+    return json_text({**found.to_dict(), **beside, "model": model_to_dict(found.model)})
 
 
 def _imprint(model: "Model") -> "Imprint":

@@ -25,6 +25,7 @@ from identify.explain.readings import finding as of_readings
 from identify.explain.rivals import odds
 from identify.explain.select import Bench, Hypothesis, Round
 from identify.explain.shape import shape_of
+from identify.explain.survey import StageShare
 from identify.explain.warrant import Warranted
 from identify.explain.where import acting, profile
 from identify.fit import Fit
@@ -45,10 +46,11 @@ class Answer:
 
     def __init__(
         self, model: Model, data: Split, bench: Bench, plain: Hypothesis, earned: Warranted, rounds: list[Round],
-        dropped: tuple[Effect, ...], readings: Readings,
+        dropped: tuple[Effect, ...], readings: Readings, survey: tuple[StageShare, ...],
     ) -> None:
         """Simulate the held-out data with the plain and the better model."""
         self.model, self.data, self.bench, self.rounds, self.dropped = model, data, bench, rounds, dropped
+        self.survey = survey
         self.plain, self.better, self.beyond = plain, earned.hypothesis, earned.beyond
         self.noise_v = data.noise.rms_v
         self.inflation = inflation(self.better.fit.chain, bench.observations, data.noise.freedom)
@@ -58,7 +60,7 @@ class Answer:
         self.raw = readings.raw if mended else replace(data, train=bench.observations)
         self.before_v = held_out_rms(adapted(self.before, self.raw.test), self.raw.test)
         self.named_v = held_out_rms(adapted(self.better.fit.chain, data.test), data.test)
-        self.proof = proven(self.beyond, data.test) if self.named_v > TO_THE_NOISE * self.noise_v else None
+        self.proof = proven(bench, self.beyond, data.test) if self.named_v > TO_THE_NOISE * self.noise_v else None
         self.after_v = self.proof.held_out_v if self.proof else self.named_v
         self.improved = self.proof.hypothesis if self.proof else self.better
 
@@ -92,7 +94,8 @@ class Answer:
                 self.named_v,
             ),
             remaining=self.remaining(), model=model, plain=self.plain.fit, improved=self.improved.fit,
-            train=train, test=self.data.test, profiles=self.profiles(), warnings=tuple(self.warnings()),
+            train=train, test=self.data.test, profiles=self.profiles(), survey=self.survey,
+            warnings=tuple(self.warnings()),
         )  # fmt: skip
 
     @property

@@ -14,6 +14,7 @@ from identify.explain.explanation import Explanation
 from identify.explain.locate import located
 from identify.explain.readings import read, reread
 from identify.explain.select import Bench, Hypothesis, selected
+from identify.explain.survey import surveyed
 from identify.explain.warrant import Warranted, warranted
 from identify.holdout import Split
 from identify.model import Model
@@ -49,6 +50,8 @@ def _explained(
     note("fitting the plain model", 0.02)
     readings = read(model, traces, hold_out, lambda data: prepared(model, data, leave_out), leave_out)
     data, bench, plain = readings.data, readings.bench, readings.plain
+    note("locating the mismatch", 0.1)
+    seen = surveyed(bench, plain)
     bench, final, rounds = selected(bench, plain, note)
     note("checking the names against free-form corrections", 0.75)
     plain = bench.fitted(plain.fit.chain, ())
@@ -59,7 +62,7 @@ def _explained(
     improved = adapted(kept.hypothesis.fit.chain, data.test)
     readings = reread(readings, improved, kept.hypothesis.names, leave_out)
     note("done", 1.0)
-    return Answer(model, data, bench, plain, kept, rounds, dropped, readings).explanation()
+    return Answer(model, data, bench, plain, kept, rounds, dropped, readings, seen).explanation()
 
 
 def _silent(sentence: str, share: float) -> None:

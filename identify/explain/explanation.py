@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from identify.explain.shape import Shape
+from identify.explain.survey import StageShare
 from identify.fit import Fit
 from identify.interval import Interval, number
 from identify.model import Model
@@ -156,6 +157,7 @@ class Explanation:
     train: tuple[Observation, ...]
     test: tuple[Observation, ...]
     profiles: tuple[Profile, ...]
+    survey: tuple[StageShare, ...]
     warnings: tuple[str, ...]
 
     def to_dict(self) -> dict[str, object]:
@@ -169,6 +171,7 @@ class Explanation:
                 "p_value": number(self.p_value, 3),
             },
             "location": self.location.to_dict() if self.location else None,
+            "stages": [share.to_dict() for share in self.survey],
             "effects": [finding.to_dict() for finding in self.effects],
             "fit": {
                 "unit": "V",

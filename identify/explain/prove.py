@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from identify.explain.confirm import CONVINCING, adapted, held_out_rms, improvement
 from identify.explain.locate import Located
-from identify.explain.select import Hypothesis
+from identify.explain.select import Bench, Hypothesis
 from identify.observe import Observation, refined
 from identify.unnamed.correction import Correction
 
@@ -19,11 +19,12 @@ class Proof:
     held_out_v: float
 
 
-def proven(beyond: Located, test: Sequence[Observation]) -> Proof | None:
-    """Return the best correction where it proves itself on held-out data, on a grid fine enough for it."""
+def proven(bench: Bench, beyond: Located, test: Sequence[Observation]) -> Proof | None:
+    """Return the best correction, fitted to the end, where it proves itself on held-out data."""
     if not beyond.significant:
         return None
     correction, fitted = beyond.fitted[0]
+    fitted = bench.refined(fitted.fit.chain).fitted(fitted.fit.chain, fitted.effects)
     test = [refined(o, fitted.fit.chain) for o in test]
     with_it, without = adapted(fitted.fit.chain, test), adapted(beyond.base.fit.chain, test)
     if improvement(with_it, without, test) < CONVINCING:

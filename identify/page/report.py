@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any
 
 from identify.effects import catalogue, choices, units_of
@@ -13,9 +13,10 @@ from identify.interval import Interval
 from identify.model import LinearF, Model, Physics, Rational
 from identify.natural_units import shown, shown_interval
 from identify.observe import Observation
-from identify.page import pictures
+from identify.page import pictures, proof_picture
 from identify.page.border_picture import borders
 from identify.page.drawing import AFTER, BEFORE, Picture, page_style
+from identify.page.next_steps import next_steps
 from identify.page.pictures import Answer
 from identify.unnamed.stored import AT, is_unnamed
 
@@ -73,8 +74,8 @@ def explanation_page(
             "after": shown(told.training.after_v, "V"),
         },
         "held_out": _held_out(told.held_out), "noise": shown(told.noise.rms_v, "V"), "noise_from": told.noise.origin,
-        "remaining": told.remaining.sentence, "warnings": told.warnings,
-        "pictures": _explanation_pictures(told, found),
+        "remaining": told.remaining.sentence, "over_noise": f"{told.remaining.over_noise:.3g}",
+        "next_steps": next_steps(told), "warnings": told.warnings, "pictures": _explanation_pictures(told, found),
     })  # fmt: skip
 
 
@@ -117,16 +118,28 @@ def _identification_pictures(found: Identification) -> list[Picture]:
     )  # fmt: skip
 
 
-def _explanation_pictures(told: Explanation, found: Identification | None) -> list[Picture]:
-    runs = pictures.beginnings(joined((*told.test, *told.train)))
+def _explanation_pictures(told: Explanation, found: Identification | None) -> dict[str, list[Picture]]:
+    """Return the pictures of each part of the page; ``shapes`` holds one a finding that has one, in their order."""
+    test, every = _answers(told, joined(told.test)), _answers(told, joined((*told.train, *told.test)))
+    return {
+        "where": _drawn(
+            lambda: proof_picture.stages(told), lambda: pictures.mismatch(told.profiles, told.noise.rms_v),
+        ),
+        "shapes": _drawn(*(partial(proof_picture.shape, finding) for finding in told.effects)),
+        "proof": _drawn(lambda: proof_picture.before_and_after(test[0], test[1] if len(test) > 1 else None)),
+        "details": _drawn(
+            lambda: pictures.residuals(every), lambda: pictures.staircase(found) if found else None,
+            lambda: pictures.loop(every), lambda: pictures.spectra(every),
+            lambda: pictures.frequency_response(found) if found else None,
+        ),
+    }  # fmt: skip
+
+
+def _answers(told: Explanation, observations: Sequence[Observation]) -> list[Answer]:
+    """Return the plain model's answer to runs, and the improved one's where there is one."""
+    runs = pictures.beginnings(observations)
     plain = Answer("plain model", BEFORE, told.plain.chain, runs)
-    improved = Answer("improved model", AFTER, told.improved.chain, runs)
-    drawn = [plain, improved] if told.verdict in ("explained", "partly_explained") else [plain]
-    return _drawn(
-        lambda: pictures.mismatch(told.profiles, told.noise.rms_v), lambda: pictures.residuals(drawn),
-        lambda: pictures.staircase(found) if found else None, lambda: pictures.loop(drawn),
-        lambda: pictures.spectra(drawn), lambda: pictures.frequency_response(found) if found else None,
-    )  # fmt: skip
+    return [plain, Answer("improved model", AFTER, told.improved.chain, runs)] if told.effects else [plain]
 
 
 def joined(observations: Sequence[Observation]) -> tuple[Observation, ...]:
@@ -242,11 +255,17 @@ def _range(part: Range) -> dict[str, str]:
 
 
 def _effect(finding: Finding) -> dict[str, Any]:
+    others = [(o.id.replace("_", " "), o.stage, o.probability) for o in finding.could_also_be]
     return {
         "name": _name(finding.id), "sentence": finding.sentence, "parameters": finding_lines(finding),
         "equation": finding.equation, "stage": finding.stage, "form": f", form {finding.form}" if finding.form else "",
         "probability": percent(finding.probability), "would_separate": finding.would_separate,
-        "others": [f"{o.id.replace('_', ' ')} in {o.stage} ({percent(o.probability)})" for o in finding.could_also_be],
+        "others": len(others),
+        "odds": [
+            {"name": name, "stage": stage, "percent": percent(p), "width": f"{100.0 * p:.0f}"}
+            for name, stage, p in ((_name(finding.id), finding.stage, finding.probability), *others)
+        ],
+        "drawn": finding.shape is not None, "unnamed": is_unnamed(finding.id),
     }  # fmt: skip
 
 
@@ -260,7 +279,7 @@ def _held_out(held: HeldOut) -> dict[str, str]:
     before, after = held.residuals.before_v, held.residuals.after_v
     return {
         "runs": ", ".join(held.runs) or "parts of the runs", "how": held.how, "before": shown(before, "V"),
-        "after": shown(after, "V"),
+        "after": shown(after, "V"), "named": shown(held.named_v, "V") if before > held.named_v > after else "",
     }  # fmt: skip
 
 

@@ -122,7 +122,7 @@ class Offer:
     def candidates(self) -> tuple[Candidate, ...]:
         """Return all stimuli on offer, those included that take too long."""
         found: list[Candidate] = [*self._stairs(), *self._tones(), *self._chords()]
-        return tuple(c for c in found if self._fits(c))
+        return tuple(c for c in found if self.fits(c))
 
     @cached_property
     def gap(self) -> Gap | None:
@@ -247,7 +247,7 @@ class Offer:
                 for share in (1.0, 0.7):
                     yield Chord(chosen, rounded(share * self.room.limit_v), self.block_s)
 
-    def _fits(self, candidate: Candidate) -> bool:
+    def fits(self, candidate: Candidate) -> bool:
         """Return whether u stays within its range and slope, the first sample reached from 0 V."""
         u = candidate.drawn(self.room.rate_hz)
         steep = float(np.max(np.abs(np.diff(u, prepend=0.0, append=0.0)))) * self.room.rate_hz

@@ -19,13 +19,14 @@ ALLOWED = {  # package: what it may import of the product
 PLAIN_DATA = {"identify.trace", "identify.model", "identify.interval", "identify.natural_units"}
 SEES_BOTH = {  # who may import more of identify than its plain data, and what
     "rig.workflow": {
-        "identify.joint", "identify.explain", "identify.page.report", "identify.chain", "identify.effects",
-        "identify.simulate", "identify.uncertainty.band", "identify.uncertainty.coefficients",
+        "identify.joint", "identify.explain", "identify.explain.contenders", "identify.page.report", "identify.chain",
+        "identify.effects", "identify.simulate", "identify.uncertainty.band", "identify.uncertainty.coefficients",
     },
     "rig.design": {
         "identify.planning.candidates", "identify.planning.design", "identify.planning.fig13",
         "identify.planning.sampling",
     },
+    "rig.separating": {"identify.explain.separate", "identify.planning.candidates"},
     "rig.protocolfile": {"identify.planning.candidates"},
     "rig.foresight": {
         "identify.planning.advice", "identify.planning.information", "identify.bent.bend", "identify.effects",

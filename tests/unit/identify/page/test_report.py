@@ -25,6 +25,8 @@ from identify.explain.explanation import (
     Remaining,
     Residuals,
 )
+from identify.explain.shape import Shape
+from identify.explain.survey import StageShare
 from identify.fit import Fit
 from identify.identification import FrequencyPoint, Identification, StairPoint, Unidentifiable
 from identify.interval import Interval
@@ -160,7 +162,7 @@ def explanation(**changes: object) -> Explanation:
         Location("F", (Range("level of w", 9.9, 18.0, "V", 0.97),), "The mismatch enters in F.", ("sense",)),
         (finding,),
         Residuals(0.2112, 0.01022),
-        HeldOut(("sine",), "a run of its own", Residuals(0.2034, 0.01013)),
+        HeldOut(("sine",), "a run of its own", Residuals(0.2034, 0.01013), 0.01013),
         Remaining(1.01, None, "Nothing beyond the noise."),
         MODEL,
         fitted(plain_chain(MODEL)),
@@ -168,6 +170,10 @@ def explanation(**changes: object) -> Explanation:
         train,
         observations()[1:],
         (Profile("level of w", "V", edges, np.full(12, 0.2), np.full(12, 0.01)),),
+        (
+            StageShare("F", "level of w", "a memoryless law", 0.97, 0.0),
+            StageShare("sense", "level of y", "a memoryless law", 0.93, 0.0),
+        ),
         ("look here <now>",),
     )
     return replace(told, **changes)
@@ -208,7 +214,10 @@ def test_the_page_tells_place_physics_doubt_proof_and_model(explained: str) -> N
         "-9.9811 V ± 1.2 mV",
         "w' = min(max(w, lower), upper)",
         "98 %",
-        "adc clipping in sense (2 %)",
+        "adc clipping in sense",
+        "What would tell them apart: a faster sine",
+        "To tell saturation from adc clipping",
+        "1.01 times the noise",
         "a faster sine of the same amplitude",
         "203.4 mV",
         "10.13 mV",
@@ -223,17 +232,18 @@ def test_the_page_tells_place_physics_doubt_proof_and_model(explained: str) -> N
 def test_the_signal_path_marks_the_place_and_what_cannot_be_excluded(explained: str) -> None:
     marks = re.findall(r'<li(?: class="(\w+)")?><b>(\w+)</b>', explained)
     assert marks == [("", "source"), ("", "G1"), ("here", "F"), ("", "G2"), ("maybe", "sense")]
-    assert "What: saturation (supply rails)" in Page(explained).text("h2")
+    assert "What was left out: saturation (supply rails)" in Page(explained).text("h2")
 
 
 def test_every_picture_is_inside_the_page_and_told_in_words(explained: str) -> None:
     page = Page(explained)
-    assert len(page.images) == 6
-    assert len(drawings(page)) == 5
+    assert len(page.images) == 8
+    assert len(drawings(page)) == 7
     assert all(image["alt"] for image in page.images)
-    titles = page.text("h2")
-    for title in ("Where the mismatch sits", "Residual before and after", "Staircase and borders", "Backlash loop",
-                  "Spectrum of the residual", "Frequency response"):  # fmt: skip
+    titles = page.text("h2") + page.text("h3")
+    for title in ("Which stage could explain it", "Before and after, on data kept back", "Where the mismatch sits",
+                  "Residual before and after", "Staircase and borders", "Backlash loop", "Spectrum of the residual",
+                  "Frequency response"):  # fmt: skip
         assert title in titles
 
 
@@ -250,6 +260,30 @@ def test_the_page_refers_to_nothing_outside(explained: str) -> None:
 def test_the_residual_picture_shows_both_models(explained: str) -> None:
     pictures = ["".join(drawing.itertext()) for drawing in drawings(Page(explained))]
     assert any("plain, " in text and "improved, 10 mV rms" in text for text in pictures)
+
+
+def test_physics_without_a_name_shows_its_shape_and_what_to_do_next() -> None:
+    at = np.linspace(-18.0, 18.0, 9)
+    drawn = Shape("level of w", "V", "added", "V", at, ("",), (0.02 * np.sin(at),), (np.full(9, 0.001),))
+    unnamed = Finding("unnamed", "F", "map of the level", 1.0, {}, "s' = s + c(s)", "A law at F.", (), None, drawn)
+    told = explanation(
+        verdict="unexplained", effects=(unnamed,), remaining=Remaining(20.0, "F", "It is located above."),
+        held_out=HeldOut(("sine",), "a run of its own", Residuals(0.2034, 0.01013), 0.2034),
+    )  # fmt: skip
+    page = Page(explanation_page(told))
+    assert "What it looks like" in page.text("h3")
+    assert "staircase of fine steps" in page.text("main")
+    assert "probes on v and w" in page.text("main")
+    assert "Nothing else in the catalogue" not in page.text("main")
+    shape = told.to_dict()["effects"][0]["shape"]
+    assert (shape["axis"], len(shape["curves"][0]["value"])) == ("level of w", 9)
+
+
+def test_the_page_names_what_named_physics_alone_leaves() -> None:
+    held = HeldOut(("sine",), "a run of its own", Residuals(0.2034, 0.01013), 0.05)
+    words = Page(explanation_page(explanation(verdict="partly_explained", held_out=held))).text("main")
+    assert "held out, named physics alone" in words
+    assert "50 mV" in words
 
 
 def test_nothing_missing_is_told_without_effects() -> None:
