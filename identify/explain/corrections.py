@@ -12,16 +12,20 @@ import numpy as np
 from identify.blocks import LinearBlock, Play
 from identify.chain import Chain
 from identify.evidence import Evidence
+from identify.observe import Observation
 from identify.stage import Place
 from identify.unnamed.correction import UNNAMED, Correction
 from identify.unnamed.linear import Bypass, Filter, Line, SlowFilter
 from identify.unnamed.maps import ClockMap, GainMap, LevelMap, RateMap
 from identify.unnamed.memory import BorderMap, GapOverClock, GapOverRate, Hysteresis, Plateau
+from identify.unnamed.modulation import Ripple, Swiftness, Warming
 
 KNOTS = 10  # of a map of the level where it is one of many: with more, each run has levels of its own
-FINE = 16  # of one that is fitted
+FINER = (16, 28)  # of one that is fitted: the data choose
 TAUS = 6  # time constants of a filter
 CLOCK = 6
+LAGS = 4
+PADDED = 8  # times the length of a run, with zeros: places a peak between bins
 GAPS = (0.01, 0.03, 0.08, 0.2, 0.4)  # of the range of a signal: the half gaps of a second hysteresis
 SLOWER = 2.0  # than the slowest time constant of the chain: where creep begins and the filters of G1 and G2 end
 
@@ -29,9 +33,8 @@ SLOWER = 2.0  # than the slowest time constant of the chain: where creep begins 
 def corrections(evidence: Evidence) -> Iterator[Correction]:
     """Yield every correction that makes sense for the chain and the data."""
     name = free_name(evidence.chain)
-    for correction in (*_laws(evidence, name), *_linear(evidence, name), *_memories(evidence, name)):
-        if correction.applicable(evidence.chain):
-            yield correction
+    for family in (_laws, _linear, _memories, _mixed):
+        yield from (correction for correction in family(evidence, name) if correction.applicable(evidence.chain))
 
 
 def free_name(chain: Chain) -> str:
@@ -75,11 +78,38 @@ def _memories(evidence: Evidence, name: str) -> Iterator[Correction]:
     yield Plateau(Place.F, level_knots(evidence, Place.F, 5), name)
 
 
-def sharpened(evidence: Evidence, correction: Correction) -> Correction:
-    """Return a map of the level with the knots it is fitted with; any other correction as it is."""
+def sharpened(evidence: Evidence, correction: Correction) -> list[Correction]:
+    """Return a map of the level with more knots; nothing for any other correction."""
     if correction.form != LevelMap.form or correction.place == Place.SOURCE:
-        return correction
-    return replace(correction, knots=level_knots(evidence, correction.place, FINE))
+        return []
+    return [replace(correction, knots=level_knots(evidence, correction.place, count)) for count in FINER]
+
+
+def _mixed(evidence: Evidence, name: str) -> Iterator[Correction]:
+    """Yield what lets one thing change another."""
+    ripple = (ripple_hz(evidence),)
+    yield from (Ripple(place, ripple, name) for place in (Place.SOURCE, Place.SENSE))
+    slowest = slowest_s(evidence)
+    lags = tuple(np.geomspace(slowest, 100.0 * slowest, LAGS).tolist())
+    yield from (Warming(place, lags, name) for place in (Place.G1, Place.SENSE))
+    yield from (Swiftness(place, level_knots(evidence, place, LAGS + 1), name) for place in (Place.G1, Place.G2))
+
+
+def ripple_hz(evidence: Evidence) -> float:
+    """Return the frequency at which the residual of some run follows the readings most, Hz, zero excluded."""
+    peaks = [_ripple(o, evidence) for o in evidence.observations]
+    return max(peaks)[1]
+
+
+def _ripple(observation: Observation, evidence: Evidence) -> tuple[float, float]:
+    """Return how far the highest line of residual times reading stands out of the others, and its frequency in Hz."""
+    residual = np.where(observation.use, observation.residual(evidence.chain), 0.0)
+    product = residual * (observation.trace.y[:] - np.mean(observation.trace.y[:]))
+    size = PADDED * product.size
+    spectrum = np.abs(np.fft.rfft((product - np.mean(product)) * np.hanning(product.size), size))
+    spectrum[: PADDED * PADDED] = 0.0
+    ratio = float(np.max(spectrum)) / (float(np.median(spectrum)) or 1.0)
+    return ratio, float(np.argmax(spectrum)) / (size * evidence.sample_s)
 
 
 def level_knots(evidence: Evidence, place: Place, count: int) -> tuple[float, ...]:

@@ -20,6 +20,7 @@ from identify.derivatives.sensitivities import DIFFERENCE
 from identify.evidence import Evidence
 from identify.explain.corrections import corrections, sharpened
 from identify.explain.select import NOISE_KNOWN, Bench, Hypothesis
+from identify.explain.wander import wandering
 from identify.fit import chi_squared
 from identify.stage import Place
 from identify.trace import Array
@@ -31,6 +32,8 @@ FITTED = 4  # corrections that are fitted; the others are judged to first order
 WIDTHS = np.geomspace(1e-2, 1e10, 49)  # of the weights' distribution over that at which they could just be seen
 LEVEL = 1e-3  # probability of a false alarm, all corrections together
 CLOSE = 0.9  # share of the best log likelihood from which another place is fitted
+NEAR = 1.5  # times the best sum of squares, up to which a search cut short is ended
+MOST = 64  # knots that are fitted
 RANK = 1e-9  # eigenvalues of the weights' information below this share of the largest are not told by the data
 LIKELY = 0.05  # posterior probability from which a place is mentioned beside the best
 TEMPER = 0.05  # of a log likelihood: corrections are families near the truth, not the truth
@@ -132,6 +135,7 @@ def scores(base: Hypothesis, fitted: Sequence[Hypothesis], prices: Sequence[floa
 def suspects(evidence: Evidence) -> list[Suspect]:
     """Return every correction with its promise to first order, the likeliest first."""
     found = [_placed(suspect(evidence, correction)) for correction in corrections(evidence)]
+    found += [Suspect(one, np.ones(squares.size), squares, values) for one, squares, values in wandering(evidence)]
     noise = unexplained(evidence, found)
     return sorted(found, key=lambda s: -s.worth(noise)[0])
 
@@ -199,8 +203,8 @@ def located(bench: Bench, base: Hypothesis) -> Located:
     if p_value >= LEVEL:
         return Located(base, (), p_value)
     noise = unexplained(evidence, ranked)
-    worth = [finer(evidence, s) for s in contenders(ranked, noise)]
-    fitted = [(s.correction, fitted_from(bench, base, s)) for s in worth]
+    worth = [finer(evidence, s, noise) for s in contenders(ranked, noise)]
+    fitted = ended(bench, [(s.correction, fitted_from(bench, base, s)) for s in worth])
     prices = [s.worth(noise)[1] for s in worth]
     order = np.argsort([-score for score in scores(base, [h for _, h in fitted], prices)], kind="stable")
     return Located(
@@ -219,18 +223,32 @@ def contenders(ranked: Sequence[Suspect], noise: float) -> list[Suspect]:
     return [*first.values(), *second][:FITTED] if close else list(ranked[:1])
 
 
-def finer(evidence: Evidence, found: Suspect) -> Suspect:
-    """Return a suspect with the knots with which its correction is fitted."""
-    sharper = sharpened(evidence, found.correction)
-    return found if sharper is found.correction else suspect(evidence, sharper)
+def finer(evidence: Evidence, found: Suspect, noise: float) -> Suspect:
+    """Return a suspect with as many knots as the data ask for."""
+    sharper = [suspect(evidence, correction) for correction in sharpened(evidence, found.correction)]
+    return max([found, *sharper], key=lambda s: s.worth(noise)[0])
 
 
 def fitted_from(bench: Bench, base: Hypothesis, found: Suspect) -> Hypothesis:
     """Fit a correction on top of a hypothesis, from what solves the linear problem where that helps."""
     still = found.correction.put_in(base.fit.chain)
     solved = still.with_values(found.values)
+    if len(found.correction.knots) > MOST:  # a table as fine as the data holds the answer already
+        chi2 = sum(chi_squared(solved, o) for o in bench.observations)
+        return replace(base, fit=replace(base.fit, chain=solved), chi2=chi2)
     helps = sum(chi_squared(solved, o) for o in bench.observations) < base.chi2
     return bench.fitted(solved if helps else still, base.effects, ITERATIONS)
+
+
+def ended(bench: Bench, fitted: list[tuple[Correction, Hypothesis]]) -> list[tuple[Correction, Hypothesis]]:
+    """Fit to the end what has not come there and is near enough to the best that the order could change."""
+    close = [h.chi2 < NEAR * min(other.chi2 for _, other in fitted) for _, h in fitted]
+    if sum(close) < 2:
+        return fitted
+    return [
+        (c, bench.fitted(h.fit.chain, h.effects) if near and not h.fit.converged else h)
+        for (c, h), near in zip(fitted, close, strict=True)
+    ]
 
 
 def _promised(ranked: Sequence[Suspect], base: Hypothesis) -> dict[Place, float]:

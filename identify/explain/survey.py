@@ -1,6 +1,5 @@
 """Which share of a mismatch would a correction of free form at each stage explain, before anything is named?"""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from identify.evidence import Evidence
@@ -42,8 +41,3 @@ def surveyed(bench: Bench, plain: Hypothesis) -> tuple[StageShare, ...]:
             share, p_value = min(max(s.gain / beyond, 0.0), 1.0), min(tried * s.p_value, 1.0)
             found[place] = StageShare(place.label, s.correction.axis, s.correction.kind, share, p_value)
     return tuple(found[place] for place in Place if place in found)
-
-
-def likeliest(shares: Sequence[StageShare]) -> StageShare | None:
-    """Return the stage that could explain most, None when there is none."""
-    return max(shares, key=lambda s: s.share, default=None)

@@ -161,6 +161,7 @@ def _residual_axes(ax: "Axes", time: Array, observation: Observation, drawn: Seq
         text = f"{answer.label.removesuffix(' model')}, {shown(rms(residual[np.isfinite(residual)]), 'V', 3)} rms"
         draw_signal(ax, time, residual / factor, answer.colour, text)
     ax.set(xlabel="time in s", ylabel=f"y - model in {prefix}V")
+    ax.locator_params(axis="x", nbins=5)
     ax.legend(fontsize=7, loc="upper right", frameon=True, framealpha=0.85, edgecolor="none", handlelength=1.0)
 
 

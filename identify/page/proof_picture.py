@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 MOST_RUNS = 3
+TICKS = 5  # of time, at most: more of them touch
 SEEN = 500  # samples of the stretch in which two models differ most
 HIGHLIGHT, OTHER = BEFORE, "#b9c2cb"
 
@@ -34,7 +35,7 @@ def stages(told: Explanation) -> Picture | None:
     for i, row in enumerate(rows):
         ax.text(shares[i] + 1.0, i, f"{shares[i]:.3g} %: {row.kind}, {row.axis}", va="center", fontsize=8.0)
     ax.set_yticks(range(len(rows)), [row.stage for row in rows])
-    ax.set(xlim=(0.0, 175.0), xlabel="share of the mismatch, in %", xticks=range(0, 101, 25))
+    ax.set(xlim=(0.0, 205.0), xlabel="share of the mismatch, in %", xticks=range(0, 101, 25))
     ax.grid(visible=False, axis="y")
     return Picture(
         "Which stage could explain it", embedded(figure),
@@ -73,6 +74,9 @@ def _curves(ax: "Axes", drawn: Shape) -> str:
         ax.plot(drawn.at, curve / factor, color=colour, label=name or None)
     if drawn.axis == "frequency":
         ax.set_xscale("log")
+    low, high = min(float(np.min(c)) for c in drawn.curves), max(float(np.max(c)) for c in drawn.curves)
+    room = 0.4 * (high - low) + 1e-12  # a band wider than this says that the data do not tell, however wide
+    ax.set_ylim((low - room) / factor, (high + room) / factor)
     return prefix
 
 
@@ -117,6 +121,7 @@ def _closest(ax: "Axes", observation: Observation, answers: Sequence[Answer], pa
         predicted = simulate(answer.chain, trace.until(part.stop), observation.substeps)[part]
         ax.plot(time, predicted, line, color=answer.colour, linewidth=1.3, label=answer.label)
     ax.set(xlabel="time in s", ylabel="y in V")
+    ax.locator_params(axis="x", nbins=TICKS)
     ax.set_title(trace.name, loc="left")
 
 
@@ -132,4 +137,5 @@ def _left(ax: "Axes", observation: Observation, answers: Sequence[Answer], resid
         label = f"{answer.label.removesuffix(' model')}: {shown(rms(e[np.isfinite(e)]), 'V', 3)} rms"
         draw_signal(ax, time, e / factor, answer.colour, label)
     ax.set(xlabel="time in s", ylabel=f"y - model in {prefix}V")
+    ax.locator_params(axis="x", nbins=TICKS)
     ax.legend(fontsize=7.5, loc="upper right", frameon=True, framealpha=0.85, edgecolor="none", handlelength=1.0)

@@ -16,6 +16,7 @@ from identify.unnamed.correction import UNNAMED, Correction
 from identify.unnamed.linear import Bypass, Filter, Line, SlowFilter
 from identify.unnamed.maps import ClockMap, GainMap, LevelMap, RateMap
 from identify.unnamed.memory import BorderMap, GapOverClock, GapOverRate, Hysteresis, Plateau
+from identify.unnamed.modulation import Ripple, Swiftness, Warming
 
 AT = "at"
 UNEVEN = 1e-6  # share by which evenly spaced knots may differ, for rounding
@@ -23,7 +24,7 @@ KINDS: dict[str, type[Correction]] = {
     kind.form: kind
     for kind in (
         LevelMap, BorderMap, RateMap, Filter, SlowFilter, Bypass, Hysteresis, Plateau, GapOverRate, GapOverClock,
-        ClockMap, GainMap, Line,
+        ClockMap, GainMap, Line, Ripple, Warming, Swiftness,
     )
 }  # fmt: skip
 

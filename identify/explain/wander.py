@@ -1,0 +1,102 @@
+"""Does a mismatch come back when the same is played again, and if not, does it need the signal to move?
+
+What physics without chance makes is the same in every repeat of a stimulus. What is not, wanders by itself: where it is
+there while F rests it is added behind F, where it only shows while F moves it happens in F.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from identify.chain import Chain, signals
+from identify.evidence import Evidence
+from identify.explain.corrections import free_name
+from identify.observe import Observation
+from identify.stage import Place
+from identify.trace import Array, Mask
+from identify.unnamed.correction import Correction
+from identify.unnamed.maps import ClockMap
+
+WINDOWS_S = (0.004, 0.02, 0.1)
+MOSTLY = 0.5  # share of a misfit that must not come back
+STILL = 1e-3  # of the largest rate of w, below which it rests
+CALM = 0.25  # of the misfit while F moves, below which what is left at rest is not the same thing
+
+
+def wandering(evidence: Evidence) -> Iterator[tuple[Correction, Array, dict[str, float]]]:
+    """Yield tables over the clock as fine as windows, with the square the data give each and its values.
+
+    Nothing where the mismatch comes back with the stimulus or nothing was repeated.
+    """
+    if unrepeated(evidence) < MOSTLY:
+        return
+    place, name = where(evidence), free_name(evidence.chain)
+    for window_s in WINDOWS_S:
+        parts = [_windows(o, evidence, window_s) for o in evidence.observations]
+        at, mean, squares = (np.concatenate([part[i] for part in parts]) for i in range(3))
+        correction = ClockMap(place, tuple(at.tolist()), name)
+        yield correction, squares, dict(zip((p.name for p in correction.parameters()), mean.tolist(), strict=True))
+
+
+def unrepeated(evidence: Evidence) -> float:
+    """Return the share of the misfit that differs from repeat to repeat; 0 where nothing was repeated.
+
+    Only what the model answers alike is compared: a first repeat begins from rest, the next where it ended.
+    """
+    total, changed, count = 0.0, 0.0, 0
+    for o in evidence.observations:
+        residual = o.residual(evidence.chain) / o.noise_v
+        answer = o.trace.y[:] / o.noise_v - residual
+        for once, again in _repeats(o):
+            both = o.use[once] & o.use[again] & (np.abs(answer[once] - answer[again]) < 1.0)
+            a, b = residual[once][both], residual[again][both]
+            total += 0.5 * float(a @ a + b @ b)
+            changed += 0.5 * float(np.sum(np.square(a - b)))
+            count += a.size
+    beyond = total - count
+    return (changed - count) / beyond if count and beyond > 6.0 * np.sqrt(2.0 * count) else 0.0
+
+
+def _repeats(observation: Observation) -> Iterator[tuple[slice, slice]]:
+    """Yield stretches of a run in which the same was played, one after another."""
+    last: dict[str, slice] = {}
+    for step in observation.trace.steps:
+        here = slice(step.start, step.stop)
+        before = last.get(step.label)
+        if before is not None and before.stop - before.start == here.stop - here.start:
+            yield before, here
+        last[step.label] = here
+
+
+def where(evidence: Evidence) -> Place:
+    """Return sense for what is there while F rests, too, else F."""
+    resting, moving = [], []
+    for o in evidence.observations:
+        beyond = np.square(o.residual(evidence.chain) / o.noise_v) - 1.0
+        still = _still(evidence.chain, o)
+        resting.append(beyond[still & o.use])
+        moving.append(beyond[~still & o.use])
+    rest, move = (np.concatenate(parts) for parts in (resting, moving))
+    if not rest.size or not move.size:
+        return Place.SENSE
+    return Place.F if float(np.mean(rest)) < CALM * float(np.mean(move)) else Place.SENSE
+
+
+def _still(chain: Chain, observation: Observation) -> Mask:
+    """Return where the signal behind G2 hardly moves: F rests and its last move has passed."""
+    level = signals(chain, observation.trace)[chain.index(Place.G2) - 1]
+    rate = np.abs(np.diff(level, prepend=level[:1]))
+    return np.asarray(rate < STILL * float(np.max(rate)), dtype=np.bool_)
+
+
+def _windows(observation: Observation, evidence: Evidence, window_s: float) -> tuple[Array, Array, Array]:
+    """Return the middle of every window on the clock, the mean residual in it in V, and its weight in chi-squared."""
+    size = max(round(window_s / evidence.sample_s), 1)
+    number = np.arange(observation.trace.size) // size
+    residual = np.where(observation.use, observation.residual(evidence.chain), 0.0)
+    count = np.bincount(number, observation.use)
+    mean = np.bincount(number, residual) / np.maximum(count, 1)
+    middle = observation.trace.start_s + (np.arange(count.size) + 0.5) * size * evidence.sample_s
+    kept = count > 0
+    squares = count * np.square(mean / observation.noise_v)
+    return np.asarray(middle[kept], dtype=np.float64), mean[kept], np.asarray(squares[kept], dtype=np.float64)

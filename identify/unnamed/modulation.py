@@ -1,0 +1,101 @@
+"""Which free-form laws let one thing change another: a ripple the gain, a load the gain, the level the speed?"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from identify.blocks import run_linear
+from identify.discretise import stepper
+from identify.stage import Block, Grid, Place, Run, Values
+from identify.trace import Array
+from identify.unnamed.correction import Correction
+from identify.unnamed.maps import LEVELS
+
+
+@dataclass(frozen=True)
+class Ripple(Correction):
+    """A gain that ripples at one frequency, the knot, with an amplitude and a phase of its own in every run."""
+
+    form = "ripple of the gain"
+    kind = "a ripple of the gain, free of the stimulus"
+    equation = "s' = s (1 + a sin(2 pi f t) + b cos(2 pi f t)), a and b free in every run"
+    knot_unit = "Hz"
+    weights = (("sine", "V/V"), ("cosine", "V/V"))
+    places = (Place.SOURCE, Place.SENSE)
+    local = True
+    curved = False
+    least = 1
+
+    @property
+    def axis(self) -> str:
+        """Return the coordinate."""
+        return "mains lines"
+
+    def summed(self, values: Values, grid: Grid) -> Run:
+        """Return the signal times one plus the ripple; time runs from the start of the run."""
+
+        def run(block: Block) -> Array:
+            count = np.arange(block.first, block.first + block.signal.size)
+            turn = 2.0 * np.pi * self.knots[0] * grid.step_s * count
+            return np.asarray(block.signal * (1.0 + values[0] * np.sin(turn) + values[1] * np.cos(turn)))
+
+        return run
+
+
+@dataclass(frozen=True)
+class Warming(Correction):
+    """A gain that follows the load of the recent past: the square of the signal behind lags, the knots."""
+
+    form = "gain after load"
+    kind = "a gain that follows the load of the recent past"
+    equation = "s' = s (1 + sum of a_k T_k), T_k = s^2 / (1 + s tau_k) in operator form"
+    knot_unit = "s"
+    weights = (("warm", "V^-2"),)
+    places = (Place.G1, Place.SENSE)
+    curved = False
+    least = 1
+
+    @property
+    def axis(self) -> str:
+        """Return the coordinate."""
+        return LEVELS[self.place]
+
+    def summed(self, values: Values, grid: Grid) -> Run:
+        """Return the signal times one plus the weighted lags of its square."""
+        lags = [run_linear(stepper((1.0,), (tau, 1.0), grid.step_s, "ramp")) for tau in self.knots]
+
+        def run(block: Block) -> Array:
+            load = Block(np.square(block.signal), block.source, block.first, block.grid)
+            warmth = sum(a * lag(load) for a, lag in zip(values, lags, strict=True))
+            return np.asarray(block.signal * (1.0 + warmth))
+
+        return run
+
+
+@dataclass(frozen=True)
+class Swiftness(Correction):
+    """Dynamics that depend on the level: a lead or a lag whose time constant is straight between levels."""
+
+    form = "swiftness over the level"
+    kind = "dynamics that depend on the level"
+    equation = "s' = s + c(s) ds/dt, c straight between the knots"
+    knot_unit = "V"
+    weights = (("lead", "s"),)
+    places = (Place.G1, Place.G2)
+
+    @property
+    def axis(self) -> str:
+        """Return the coordinate."""
+        return LEVELS[self.place]
+
+    def summed(self, values: Values, grid: Grid) -> Run:
+        """Return the signal plus the weighted rate of it."""
+        last: float | None = None
+
+        def run(block: Block) -> Array:
+            nonlocal last
+            rate = np.diff(block.signal, prepend=block.signal[0] if last is None else last) / grid.step_s
+            last = float(block.signal[-1])
+            return np.asarray(block.signal + np.interp(block.signal, self.knots, values) * rate)
+
+        return run

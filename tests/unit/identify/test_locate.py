@@ -1,0 +1,84 @@
+"""Where does a mismatch enter, when what makes it is no matter?"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identify.effects import chain_of
+from identify.evidence import Evidence
+from identify.explain.locate import Located, located
+from identify.explain.prove import proven
+from identify.explain.select import Bench
+from identify.explain.shape import shape_of
+from identify.explain.survey import surveyed
+from identify.explain.wander import unrepeated, where
+from identify.stage import Place
+from identify.trace import Step
+from identify.unnamed.maps import LevelMap
+from tests.proof.cases import Concealed
+from tests.proof.rigs import OP_AMP
+from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
+from tests.trials import model_of, observed, recorded
+
+NOISE_V = 0.01
+WALK, WAVE = staircase("walk", FIG13_LEVELS_V, 0.02), sine("wave", 20.0, 3.0, 3, 1)
+BENT = Concealed("curved_border", {"k2": 0.0, "k3": 0.03})
+
+
+def bench(*physics: Concealed) -> Bench:
+    """Return two short recordings of the op-amp rig with physics concealed in it."""
+    runs = [recorded(OP_AMP, s, physics, NOISE_V, i, 3.0 * i, 8) for i, s in enumerate((WALK, WAVE))]
+    return Bench(chain_of(model_of(OP_AMP)), tuple(observed(run, NOISE_V, 1) for run in runs), (), ())
+
+
+def found(there: Bench) -> Located:
+    return located(there, there.fitted(there.plain, ()))
+
+
+def test_nothing_is_located_where_nothing_is_missing() -> None:
+    clean = found(bench())
+    assert not clean.significant
+    assert clean.p_value > 0.01
+
+
+def test_a_bent_border_is_located_at_f_and_proven_on_another_run() -> None:
+    there = bench(BENT)
+    bent = found(there)
+    assert bent.significant
+    assert bent.best.place == Place.F
+    assert bent.share > 0.9
+    other = observed(recorded(OP_AMP, sine("other", 12.5, 3.0, 2, 1), (BENT,), NOISE_V, 9, 9.0, 8), NOISE_V, 1)
+    proof = proven(there, bent, [other])
+    assert proof is not None
+    assert proof.held_out_v < 1.3 * NOISE_V
+    drawn = shape_of(proof.correction, proof.hypothesis.fit, there.observations)
+    assert drawn is not None
+    assert all(np.max(np.abs(curve)) > 0.01 for curve in drawn.curves)
+    shares = surveyed(there, bent.base)
+    assert [s.stage for s in shares] == ["source", "G1", "F", "G2", "sense"]
+    assert shares[2].share > 0.9
+    assert shares[2].p_value < 1e-9
+
+
+@pytest.mark.parametrize("comes_back", [True, False])
+def test_what_comes_back_with_the_stimulus_is_told_from_what_does_not(comes_back: bool) -> None:
+    twice = staircase("walk", FIG13_LEVELS_V, 0.02, 2)
+    trace = recorded(OP_AMP, twice, (BENT,) if comes_back else (), NOISE_V, 1, 0.0, 8)
+    jumps = np.cumsum(np.random.default_rng(5).uniform(size=trace.size) < 3e-3) % 2
+    y = trace.y if comes_back else trace.y + 0.05 * jumps
+    steps = tuple(Step(s.label, s.kind, s.start, s.stop, s.repeat) for s in twice.segments)
+    there = replace(bench(), observations=(observed(replace(trace, y=y, steps=steps), NOISE_V, 1),))
+    evidence = Evidence(there.fitted(there.plain, ()).fit, there.observations)
+    assert abs(unrepeated(evidence) - (0.0 if comes_back else 1.0)) < 0.25
+    assert where(evidence) == Place.SENSE
+
+
+def test_a_shape_has_no_straight_part() -> None:
+    there = bench(BENT)
+    plain = there.fitted(there.plain, ())
+    law = LevelMap(Place.F, tuple(np.linspace(-18.0, 15.0, 8).tolist()))
+    drawn = shape_of(law, there.fitted(law.put_in(plain.fit.chain), ()).fit, there.observations)
+    assert drawn is not None
+    assert drawn.at[0] > -18.5
+    assert abs(np.polyfit(drawn.at, drawn.curves[0], 1)[0]) < 0.05 * np.ptp(drawn.curves[0])
