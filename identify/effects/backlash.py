@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 S = Parameter("backlash.S", "V/V")
 D_L = Parameter("backlash.D_L", "V")
 D_U = Parameter("backlash.D_U", "V")
-GAPS = (0.004, 0.015, 0.05, 0.12, 0.25, 0.4, 0.55, 0.7)  # of the swing of v
+GAPS = (0.002, 0.015, 0.05, 0.12, 0.25, 0.4, 0.6)  # of the swing of v
 
 
 @final
@@ -78,9 +78,10 @@ class Backlash(Effect):
         return chain if d_l >= d_u else chain.with_values({D_L.name: d_u, D_U.name: d_l})
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
-        """Return the gap, tried from a 250th of the swing of v up, that explains most.
+        """Return the gap that explains most: of those tried, and of the one that the smallest tried points to.
 
-        A line through a loop whose corners are cut off by the gap is flatter than its borders.
+        A line through a loop whose corners are cut off by the gap is flatter than its borders. A small gap acts in
+        proportion to its width.
         """
         line = evidence.chain.stage_of(Gain)
         if line is None:
@@ -88,9 +89,11 @@ class Backlash(Effect):
         gain, offset_v = evidence.chain.of(line, "")
         low, high = evidence.range(Place.G1)
         middle_v = -offset_v / gain if gain else 0.0
-        halves = [(share, 0.5 * share * (high - low)) for share in GAPS]
-        tried = [
-            {"S": gain / (1.0 - share), "D_L": middle_v + half_v, "D_U": middle_v - half_v} for share, half_v in halves
-        ]
-        best = evidence.best(self, tried)
+
+        def at(share: float) -> dict[str, float]:
+            half_v = 0.5 * share * (high - low)
+            return {"S": gain / (1.0 - share), "D_L": middle_v + half_v, "D_U": middle_v - half_v}
+
+        pointed = GAPS[0] * evidence.scaled(self, at(GAPS[0]))
+        best = evidence.best(self, [at(share) for share in (*GAPS, min(max(pointed, 1e-9), GAPS[2]))])
         return [best] if best else []
