@@ -7,12 +7,13 @@ from math import log
 import numpy as np
 
 from identify.blocks import TOLERANCE_FACTOR
-from identify.model import Model, Rational
+from identify.model import LinearF, Model, Rational
 from identify.noise import Noise, good, noise_of
 from identify.observe import Observation
 from identify.trace import Mask, Trace
 
 SETTLED = 1e-4  # what is left of a step when it counts as settled
+GIVEN_UP = 0.1  # share of a run from rest, at most, that an offset of F may spoil
 KEPT_BACK = 0.3  # share of a run kept back when nothing is repeated and no run was named
 
 
@@ -60,12 +61,15 @@ def _some(observations: Sequence[Observation]) -> tuple[Observation, ...]:
 def counted(trace: Trace, model: Model) -> Mask:
     """Return which samples may count: received, and settled when the rig was in motion at the start.
 
-    The rig file's poles are nominal; the real ones may be slower by as much as a fit allows.
+    The rig file's poles are nominal; the real ones may be slower by as much as a fit allows. A line F with an offset
+    has stood in front of G2 before the run, where the chain starts G2 empty: what that leaves is not counted, either.
     """
-    if trace.from_rest:
+    if trace.from_rest and not isinstance(model.f, LinearF):
         return good(trace)
+    settling = _settling_s(model.g2) if trace.from_rest else settling_s(model)
+    unsettled = round(TOLERANCE_FACTOR * settling * trace.rate_hz)
     use = good(trace).copy()
-    use[: round(TOLERANCE_FACTOR * settling_s(model) * trace.rate_hz)] = False
+    use[: min(unsettled, round(GIVEN_UP * trace.size)) if trace.from_rest else unsettled] = False
     return use
 
 

@@ -1,14 +1,17 @@
 """Which data fit, and which are kept back?"""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from identify.holdout import counted, last_repeats, settling_s, split
-from identify.model import LinearF, Model, Rational
+from identify.model import Backlash, LinearF, Model, Rational
 from identify.trace import Step, Trace
 
 LAG = Rational((1.0,), (0.01, 1.0))
 MODEL = Model("two lags", LAG, LinearF(), Rational((1.0,), (0.02, 1.0)), 0.01)
+GAP = replace(MODEL, f=Backlash(1.0, 0.1, 1.0, -0.1))
 RATE_HZ = 1000.0
 
 
@@ -34,17 +37,25 @@ def test_samples_before_a_rig_in_motion_has_settled_do_not_count() -> None:
     first = int(np.argmax(moving))
     assert first == round(3 * 1e3 * settling_s(MODEL))
     assert moving[first:].all()
-    assert counted(trace(), MODEL).all()
+    assert counted(trace(), GAP).all()
+
+
+def test_what_an_offset_of_a_line_has_left_in_g2_does_not_count() -> None:
+    """A line F may have an offset, and G2 has settled on it before the run; a tenth of a run is given up at most."""
+    late = counted(trace(size=8000), MODEL)
+    assert int(np.argmax(late)) == round(3 * 20.0 * np.log(1e4))
+    assert late[int(np.argmax(late)) :].all()
+    assert int(np.argmax(counted(trace(size=2000), MODEL))) == 200
 
 
 def test_samples_that_were_lost_do_not_count() -> None:
     valid = np.ones(4000, dtype=bool)
     valid[100:200] = False
-    assert np.array_equal(counted(trace(valid=valid), MODEL), valid)
+    assert np.array_equal(counted(trace(valid=valid), GAP), valid)
 
 
 def test_runs_that_are_named_are_kept_back_whole() -> None:
-    data = split(MODEL, [trace("a")], [trace("b")])
+    data = split(GAP, [trace("a")], [trace("b")])
     assert [o.trace.name for o in data.train] == ["a"]
     assert [(o.trace.name, o.count) for o in data.test] == [("b", 4000)]
     assert "--hold-out" in data.how
@@ -54,13 +65,13 @@ def test_the_last_repeat_is_kept_back_where_there_are_repeats() -> None:
     steps = (Step("x", "table", 0, 1000), Step("x", "table", 1000, 2000, 1), Step("y", "table", 2000, 4000))
     kept = last_repeats(trace(steps=steps))
     assert np.flatnonzero(kept).tolist() == list(range(1000, 2000))
-    data = split(MODEL, [trace(steps=steps)])
+    data = split(GAP, [trace(steps=steps)])
     assert not (data.train[0].use & data.test[0].use).any()
     assert np.array_equal(data.test[0].use, kept)
 
 
 def test_else_the_end_of_every_run_is_kept_back() -> None:
-    data = split(MODEL, [trace()])
+    data = split(GAP, [trace()])
     assert data.train[0].use.tolist() == [True] * 2800 + [False] * 1200
     assert np.array_equal(data.test[0].use, ~data.train[0].use)
     assert "30 %" in data.how
@@ -68,6 +79,6 @@ def test_else_the_end_of_every_run_is_kept_back() -> None:
 
 def test_nothing_to_fit_is_said() -> None:
     with pytest.raises(ValueError, match="every one given is held out"):
-        split(MODEL, [], [trace()])
+        split(GAP, [], [trace()])
     with pytest.raises(ValueError, match="no sample is left"):
-        split(MODEL, [trace(size=300, from_rest=False)])
+        split(GAP, [trace(size=300, from_rest=False)])
