@@ -49,11 +49,16 @@ def unheard(beyond: Located, told: float) -> float:
     root. If the name is right, what free-form corrections still find is chance, with its p-value as evidence against
     it (Sellke, Bayarri and Berger, The American Statistician 55 (2001) 62).
     """
-    left = max(beyond.base.chi2 - beyond.fitted[0][1].chi2, UNSEEN) if beyond.fitted else UNSEEN
+    left = max(left_to_explain(beyond), UNSEEN)
     p = min(beyond.p_value, 1.0 / e)
     chance = -e * p * log(p) if p > 0.0 else 0.0
     share = min(left / max(told, UNSEEN), 1.0)
     return UNHEARD / (1.0 - UNHEARD) * sqrt(share) / (chance + OTHERWISE)
+
+
+def left_to_explain(beyond: Located) -> float:
+    """Return by how much free-form corrections still make chi-squared fall."""
+    return max((beyond.base.chi2 - fitted.chi2 for _, fitted in beyond.fitted), default=0.0)
 
 
 def _rivals(bench: Bench, final: Hypothesis, effect: Effect, rounds: list[Round]) -> list[tuple[Effect, Hypothesis]]:

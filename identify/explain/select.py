@@ -26,6 +26,7 @@ FITTED_A_ROUND = 8
 PROMISING = 0.2  # share of the best promise below which a candidate is not fitted
 COMPARED = 60.0  # of twice the log of odds: what is further behind is as good as excluded
 SLACK = 30.0  # times the probability at which chance is excluded, up to which a candidate is fitted
+NEXT = 2e-4  # share of what is explained already that one more effect must explain: a rig file is not exact either
 SPRINT = 4  # iterations in which candidates are fitted side by side
 LAPS = 9
 NEAR, FAR = 200.0, 0.3  # of chi-squared, and share of the best fall: a fit further behind the best is not continued
@@ -222,6 +223,8 @@ def selected(bench: Bench, start: Hypothesis, note: Note) -> tuple[Bench, Hypoth
         bench, this = bench.decided(bench.round(best))
         if this.best is not None:
             this = replace(this, settled=bench.settled(this.best, [*rounds, this]))
+        if this.best is not None and not _counts(start, this.base, this.best):
+            this = replace(this, tried=(), settled=None)
         rounds.append(this)
         if this.best is None:
             break
@@ -229,6 +232,11 @@ def selected(bench: Bench, start: Hypothesis, note: Note) -> tuple[Bench, Hypoth
         best = this.best if finer is bench else finer.fitted(this.best.fit.chain, this.best.effects)
         bench = finer
     return bench, bench.pruned(best), rounds
+
+
+def _counts(start: Hypothesis, base: Hypothesis, best: Hypothesis) -> bool:
+    """Return whether a further effect explains more than what the right law of a large one leaves, taken roughly."""
+    return base is start or base.chi2 - best.chi2 > NEXT * (start.chi2 - base.chi2)
 
 
 def hopeful(screened: Sequence[Candidate], runs: int) -> list[Candidate]:

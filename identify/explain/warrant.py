@@ -4,11 +4,11 @@ from dataclasses import dataclass, replace
 
 from identify.effects.effect import Effect
 from identify.explain.locate import Located, located
+from identify.explain.rivals import left_to_explain, unheard
 from identify.explain.select import Bench, Hypothesis, Round
 from identify.stage import Place
 
-NEGLIGIBLE = 0.05  # share of the plain model's misfit that may remain without casting doubt on the names
-DOMINANT = 0.5  # share of the misfit a name must explain when something else remains
+NEGLIGIBLE = 0.05  # share of what an effect explains that may remain without casting doubt on its name
 SAME_PLACE = 0.4  # share of what a name leaves that a free-form correction at its own place may explain
 STRONG = 10.0  # of Schwarz's criterion: very strong evidence (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773)
 
@@ -25,26 +25,29 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
     """Return the effects that earn their names.
 
     When nothing remains beyond the noise, all do: a wrong set of names does not reproduce recordings of several kinds.
-    Else the effects are taken in the order they were found, and the first one ends the list that explains less than
-    half of what it was to explain, or that leaves more than a little of the whole misfit while a free-form correction
-    at its place could take much of that away: then the place may be right, but the law is not. And no name is earned
-    by a law that does better at a place where it would be other physics.
+    Else the effect found last has to be more likely than physics of no catalogue, and not to leave more than a little
+    that a free-form correction at its own place could take away: then the place may be right, but the law is not. If it
+    does not earn its name, the one before it is asked. And no name is earned by a law that does better at a place where
+    it would be other physics.
     """
-    beyond = located(bench, final)
+    steps = [(this.base, this.best) for this in rounds if this.best is not None]
     strayed = misplaced(bench, final)
-    if not strayed and (not final.effects or not beyond.significant):
-        return Warranted(final, beyond)
-    earned, above = plain, None
-    for step in rounds:
-        winner = step.best
-        if winner is None or winner.share(earned) < DOMINANT or strayed & set(winner.names):
+    earned = [(base, winner) for base, winner in steps if not strayed & set(winner.names)]
+    hypothesis = final if len(earned) == len(steps) else earned[-1][1] if earned else plain
+    beyond = located(bench, hypothesis)
+    while hypothesis.effects and beyond.significant and earned:
+        base, winner = earned.pop()
+        if not _doubtful(beyond, winner.effects[-1], base.chi2 - winner.chi2):
             break
-        left = beyond if winner.effects == final.effects else located(bench, winner)
-        effect = winner.effects[-1]
-        if winner.misfit > NEGLIGIBLE * plain.misfit and left.share_at(effect.place) > SAME_PLACE:
-            break
-        earned, above = winner, left
-    return Warranted(earned, above or located(bench, plain))
+        hypothesis = earned[-1][1] if earned else plain
+        beyond = located(bench, hypothesis)
+    return Warranted(hypothesis, beyond)
+
+
+def _doubtful(beyond: Located, effect: Effect, told: float) -> bool:
+    """Return whether an effect that explained ``told`` of chi-squared leaves what its own law should have explained."""
+    more = left_to_explain(beyond) > NEGLIGIBLE * told and beyond.share_at(effect.place) > SAME_PLACE
+    return more or unheard(beyond, told) > 1.0
 
 
 def misplaced(bench: Bench, hypothesis: Hypothesis) -> set[str]:
