@@ -59,8 +59,12 @@ class Answer:
         self.before = readings.before.fit.chain if mended else plain.fit.chain
         self.raw = readings.raw if mended else replace(data, train=bench.observations)
         self.before_v = held_out_rms(adapted(self.before, self.raw.test), self.raw.test)
-        self.named_v = held_out_rms(adapted(self.better.fit.chain, data.test), data.test)
-        self.proof = proven(bench, self.beyond, data.test) if self.named_v > TO_THE_NOISE * self.noise_v else None
+        chain = adapted(self.better.fit.chain, data.test)
+        self.named_v = held_out_rms(chain, data.test)
+        self.named_over = pooled_rms(left for o in data.test for left in o.whitened(chain))
+        self.blemished = bool(readings.found) and not self.better.effects
+        asked = self.named_over > TO_THE_NOISE or self.blemished
+        self.proof = proven(bench, self.beyond, data.test) if asked else None
         self.after_v = self.proof.held_out_v if self.proof else self.named_v
         self.improved = self.proof.hypothesis if self.proof else self.better
 
@@ -68,8 +72,8 @@ class Answer:
     def verdict(self) -> Verdict:
         """Return one of the four verdicts."""
         if self.better.effects or self.readings.found:
-            rest = not self.better.effects and self.beyond.significant
-            return "explained" if self.named_v <= TO_THE_NOISE * self.noise_v and not rest else "partly_explained"
+            rest = not self.better.effects and self.proof is not None
+            return "explained" if self.named_over <= TO_THE_NOISE and not rest else "partly_explained"
         if self.beyond.significant or self.before_v > TO_THE_NOISE * self.noise_v:
             return "unexplained"
         return "consistent"
@@ -135,7 +139,7 @@ class Answer:
         """Return the stage at which the mismatch enters and the stretch of its coordinate that holds it."""
         if self.better.effects:
             return self._location_of_effects()
-        if self.readings.found and not self.beyond.significant:
+        if self.readings.found and self.proof is None:
             return location(self.readings.found, self.data)
         return self._location_of_correction() if self.beyond.significant else None
 
@@ -187,7 +191,7 @@ class Answer:
     def remaining(self) -> Remaining:
         """Return what the better model leaves on held-out data."""
         over = self.after_v / self.noise_v
-        if not self.beyond.significant:
+        if not self.beyond.significant or (self.blemished and self.proof is None):
             return Remaining(over, None, "Nothing that any correction could explain is left beyond the noise.")
         if not self.better.effects:
             return Remaining(over, self.beyond.best.place.label, "The mismatch is not explained; it is located above.")
