@@ -170,9 +170,9 @@ class Answer:
         """Return the finding without a name: where it is, what it looks like, how much it would help."""
         correction, fit = proof.correction, proof.hypothesis.fit
         beside = "Beside what is named, " if self.better.effects else ""
+        here = (1.0 - self.beyond.p_value) * self.beyond.places.get(correction.place, 1.0)
         return Finding(
-            UNNAMED, correction.place.label, correction.form, 1.0 - self.beyond.p_value, self.weights(correction, fit),
-            correction.equation,
+            UNNAMED, correction.place.label, correction.form, here, self.weights(correction, fit), correction.equation,
             f"{beside}{_described(self.beyond)}; on held-out data it lowers the residual from "
             f"{shown(self.named_v, 'V', 3)} to {shown(proof.held_out_v, 'V', 3)}. No physics in the catalogue explains "
             "this shape.",
@@ -193,6 +193,11 @@ class Answer:
         over = self.after_v / self.noise_v
         if not self.beyond.significant or (self.blemished and self.proof is None):
             return Remaining(over, None, "Nothing that any correction could explain is left beyond the noise.")
+        if self.proof is not None:
+            stage = self.beyond.best.place.label
+            all_of_it = self.after_v <= TO_THE_NOISE * self.noise_v
+            with_it = "nothing is left beyond the noise" if all_of_it else f"{over:.3g} times the noise is left"
+            return Remaining(over, stage, f"With the unnamed law in the model {with_it}; what it is stays open.")
         if not self.better.effects:
             return Remaining(over, self.beyond.best.place.label, "The mismatch is not explained; it is located above.")
         return Remaining(over, self.beyond.best.place.label, f"{_described(self.beyond)}.")
@@ -219,7 +224,8 @@ class Answer:
             return f"{names} explains part of the mismatch: the held-out residual falls from {times} to {after}."
         if self.proof is None and not self.beyond.significant:
             return f"Held-out runs differ by {times}, the others agree: they show something the others do not excite."
-        return f"The recordings differ from the simulation by {times}, and no known physics explains it."
+        law = f"; an unnamed law at {self.beyond.best.place.label} brings that to {after}" if self.proof else ""
+        return f"The recordings differ from the simulation by {times}, and no known physics explains it{law}."
 
     def warnings(self) -> list[str]:
         """Return what the reader must know beside the answer."""

@@ -33,6 +33,8 @@ WIDTHS = np.geomspace(1e-2, 1e10, 49)  # of the weights' distribution over that 
 LEVEL = 1e-3  # probability of a false alarm, all corrections together
 CLOSE = 0.9  # share of the best log likelihood from which another place is fitted
 NEAR = 1.5  # times the best sum of squares, up to which a search cut short is ended
+KNOWN = 10.0  # over the root of the samples: misfit that a correction of the right kind may leave
+LAWLESS = 6  # power of the ratio of what two corrections leave that gives their odds where neither is the law
 MOST = 64  # knots that are fitted
 RANK = 1e-9  # eigenvalues of the weights' information below this share of the largest are not told by the data
 LIKELY = 0.05  # posterior probability from which a place is mentioned beside the best
@@ -108,9 +110,10 @@ class Located:
     def places(self) -> dict[Place, float]:
         """Return the posterior probability of every place that was fitted, the likeliest first."""
         worth = scores(self.base, [h for _, h in self.fitted], self.prices)
+        left = [max(h.misfit, KNOWN / h.count**0.5) for _, h in self.fitted]
         found: dict[Place, float] = {}
-        for (correction, _), score in zip(self.fitted, worth, strict=True):
-            odds = exp(max(TEMPER * (score - max(worth)), -700.0))
+        for (correction, _), score, misfit in zip(self.fitted, worth, left, strict=True):
+            odds = max(exp(max(TEMPER * (score - max(worth)), -700.0)), (left[0] / max(misfit, left[0])) ** LAWLESS)
             for place in correction.same_at:
                 found[place] = max(found.get(place, 0.0), odds)
         total = sum(found.values())
