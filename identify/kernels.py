@@ -251,16 +251,20 @@ def noisy_play(
 ) -> Any:  # fmt: skip
     """Run the mean of a play whose borders shake by ``sd_l`` and ``sd_u``, in units of w.
 
+    Half of a step's time is spent at its end, half of the next one's at its beginning: errors of the two cancel.
     ``later`` is a step in the time of ``tables``, which are those of ``_ratcheted``; ``hold`` and ``state`` as in
     ``held_play``.
     """
     w, q = state
     for j in range(lower.size):
         free, q = _held(hold[0], hold[1], hold[2], hold[3], w, q)
-        w = lower[j] + sd_l * _ratcheted((free - lower[j]) / sd_l, later, tables)
-        w = upper[j] - sd_u * _ratcheted((upper[j] - w) / sd_u, later, tables)
+        for half in range(2):  # of the time around an instant: one before, one behind it
+            w = free if half == 0 else w
+            w = lower[j] + sd_l * _ratcheted((w - lower[j]) / sd_l, 0.5 * later, tables)
+            w = upper[j] - sd_u * _ratcheted((upper[j] - w) / sd_u, 0.5 * later, tables)
+            if half == 0:
+                out[j] = w
         q += 0.5 * hold[3] * (w - free)
-        out[j] = w
     return w, q
 
 
