@@ -1,6 +1,5 @@
 """The generator cannot reach the levels it is told to."""
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
@@ -13,8 +12,9 @@ if TYPE_CHECKING:
 
 UPPER = Parameter("input_clipping.upper", "V")
 LOWER = Parameter("input_clipping.lower", "V")
-DEPTHS = (2e-3, 1e-2, 4e-2, 0.12, 0.3, 0.55)  # of the range of u, cut off: few samples may be touched, or most
+DEPTHS = (1e-3, 2e-3, 3.5e-3, 7e-3, 1.5e-2, 4e-2, 0.12, 0.3, 0.55)  # of the range of u, cut off
 CLOSER = (0.5, 1.8)  # times the best of those
+APART = (0.05, 0.3, 0.6, 1.6, 3.0)  # times the same depth on both sides, one side after the other
 
 
 @final
@@ -52,20 +52,28 @@ class InputClipping(Effect):
         return memoryless(lambda u: np.clip(u, lower, upper), shape)
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
-        """Return the limits, tried at levels inside the range of u, that explain most; each side on its own."""
-        low, high = evidence.range(Place.SOURCE)
-        best: dict[str, float] = {}
-        for name, end in (("upper", high), ("lower", low)):
-            if self.form in ("both", name):
-                best |= self._side(evidence, name, end)
-        return [best] if len(best) == len(self.parameters()) else []
+        """Return the limits, tried at levels inside the range of u, that explain most.
 
-    def _side(self, evidence: "Evidence", name: str, end: float) -> dict[str, float]:
-        """Return the limit of one side that explains most; what both forms ask is computed once."""
-        if end == 0.0:
-            return {}
-        alone = replace(self, form=name)
-        best = evidence.best(alone, [{name: (1.0 - depth) * end} for depth in DEPTHS])
-        depth = 1.0 - best[name] / end if best else 0.0
-        closer = [{name: (1.0 - share * depth) * end} for share in CLOSER]
-        return evidence.best(alone, [best, *closer]) if best else {}
+        A limit on one side alone also moves the middle: where there are two, they are looked for together.
+        """
+        ends = dict(zip(("lower", "upper"), evidence.range(Place.SOURCE), strict=True))
+        if 0.0 in ends.values():
+            return []
+        if self.form != "both":
+            return self._at_best(evidence, ends, [{self.form: depth} for depth in DEPTHS], CLOSER)
+        tried = [{"upper": depth, "lower": depth} for depth in DEPTHS]
+        return self._at_best(evidence, ends, tried, APART)
+
+    def _at_best(
+        self, evidence: "Evidence", ends: dict[str, float], tried: list[dict[str, float]], closer: tuple[float, ...]
+    ) -> list[dict[str, float]]:
+        """Return the limits at the depth that explains most, and then closer to it one side after the other."""
+
+        def limits(depths: dict[str, float]) -> dict[str, float]:
+            return {side: (1.0 - depth) * ends[side] for side, depth in depths.items()}
+
+        best = max(tried, key=lambda depths: evidence.gain(self, limits(depths)))
+        for side in best:
+            near = [best, *({**best, side: share * best[side]} for share in closer)]
+            best = max(near, key=lambda depths: evidence.gain(self, limits(depths)))
+        return [limits(best)]
