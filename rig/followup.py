@@ -58,7 +58,7 @@ class Followed:
     def _status(self, asked: Written) -> str:
         """Return how one set ended: a set whose members nothing played tells apart is never called decided."""
         members = {(m.id, m.stage) for m in asked.separation.members}
-        left = [w for w in self.open if (w.separation.id, w.separation.stage) in members]
+        left = [w for w in self.open if members & set(w.members)]
         if any(not m.exact for w in left for m in w.separation.members[1:]):
             return "undecided"
         found = any((f.id, f.stage) in members for f in self.told.effects)

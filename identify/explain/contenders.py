@@ -74,8 +74,14 @@ def remembered(told: Explanation, sets: Sequence[Sequence[tuple[str, str]]]) -> 
 
 
 def _remembering(told: Explanation, finding: Finding, sets: Sequence[Sequence[tuple[str, str]]]) -> Finding:
-    """Return a finding with the earlier rivals that were fitted again and are not excluded."""
-    before = [member for members in sets if (finding.id, finding.stage) in members for member in members]
+    """Return a finding with the earlier rivals that were fitted again and are not excluded.
+
+    Its own set is one it was in; where it is new, one of which no member is named any more.
+    """
+    named_now = {(f.id, f.stage) for f in told.effects}
+    own = [members for members in sets if (finding.id, finding.stage) in members]
+    own = own or [members for members in sets if not named_now & set(members)]
+    before = [member for members in own for member in members]
     known = {(o.id, o.stage) for o in finding.could_also_be} | {(finding.id, finding.stage)}
     missing = [member for member in dict.fromkeys(before) if member not in known]
     if not missing:

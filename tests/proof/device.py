@@ -62,9 +62,9 @@ class IntegratorDevice(Device):
         return rate_hz
 
     def _begin(self, u: Array, rate_hz: float, safe_level_v: float, ramp_s: float) -> None:
-        clean = answer(self._rig, u, Grid(rate_hz, u.size, SUBSTEPS), self._physics, self._seed)
         drawn = np.random.default_rng([self._seed, u.size, int(np.abs(u).sum() * 1e3)])
-        self._y = clean + drawn.normal(0.0, self._rig.noise_v, u.size)
+        noise_v = drawn.normal(0.0, self._rig.noise_v, u.size)
+        self._y = answer(self._rig, u, Grid(rate_hz, u.size, SUBSTEPS), self._physics, self._seed, noise_v)
         self._sent, self._level = 0, float(u[-1])
 
     def _read(self, timeout_s: float) -> Block | None:
