@@ -109,7 +109,7 @@ def explain(asked: Asked, progress: Progress) -> Followed:
         new = [str(path) for each in rounds for path in each.recordings]
         runs = workflow.load([*asked.runs, *new], asked.rig, asked.hold_out)
         told = workflow.explain_runs(runs, part(progress, start + 0.1 * stretch, start + 0.9 * stretch))
-        told = workflow.kept_in_doubt(told, [w.members for each in rounds for w in each.written])
+        told = workflow.revised(told, [w.separation.members for each in rounds for w in each.written])
         written = _written(asked, runs, told, part(progress, start + 0.9 * stretch, start + stretch))
     return Followed(first, with_protocols(told, written), runs, tuple(rounds), written, asked.folder, asked.device)
 

@@ -23,6 +23,7 @@ from rig.session import shipped
 
 if TYPE_CHECKING:
     from identify.bent.curves import Form
+    from identify.explain.contenders import Contender
     from identify.explain.explanation import Explanation
     from identify.identification import Identification
     from identify.model import Model
@@ -97,11 +98,11 @@ def explain_runs(runs: Runs, progress: Progress | None = None) -> "Explanation":
         return explain(runs.model, runs.traces, runs.held_out, progress)
 
 
-def kept_in_doubt(told: "Explanation", sets: Sequence[Sequence[tuple[str, str]]]) -> "Explanation":
-    """Return the explanation with the members (id, stage) of earlier sets that its data do not exclude either."""
-    from identify.explain.contenders import remembered
+def revised(told: "Explanation", sets: "Sequence[Sequence[Contender]]") -> "Explanation":
+    """Return the explanation with the members of sets that were undecided on less data weighed again."""
+    from identify.explain.revised import revised as weighed_again
 
-    return remembered(told, sets)
+    return weighed_again(told, sets)
 
 
 def identify_improved(runs: Runs, told: "Explanation", progress: Progress | None = None) -> "Identification | None":

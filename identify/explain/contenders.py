@@ -1,20 +1,21 @@
 """What is each physics that the data cannot exclude worth, fitted in the place of the one that was named?"""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from math import exp, log
+from dataclasses import dataclass
+from math import log
 
 from identify.chain import Chain
 from identify.effects import catalogue
 from identify.effects.effect import Effect
 from identify.evidence import Evidence, evidence_starts
-from identify.explain.explanation import Alternative, Explanation, Finding
+from identify.explain.explanation import Explanation, Finding
 from identify.fit import Fit, chi_squared, fit
 from identify.observe import Observation, refined
 from identify.phases import scanned
 
 ITERATIONS = 40
-EXCLUDED = 0.01  # probability below which a member of a set is excluded
+
+Grids = tuple[Observation, ...]
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,8 @@ class Contender:
     id: str
     stage: str
     probability: float
-    fit: Fit | None
+    effect: Effect | None = None
+    fit: Fit | None = None
     chi2: float = float("inf")
     exact: bool = False
     substeps: int = 1
@@ -43,115 +45,132 @@ class Contender:
         return self.chi2 + (len(self.fit.coordinates) if self.fit else 0) * log(count)
 
 
-def contenders(told: Explanation, finding: Finding, more: Sequence[tuple[str, str]] = ()) -> tuple[Contender, ...]:
-    """Return the members of a finding's set, the named one first, with ``more`` (id, stage) that were in it before.
+@dataclass(frozen=True, eq=False)
+class Entry:
+    """A member of a set before it is fitted, and what it was fitted as on less data, where it was."""
 
-    Those that cannot be fitted, and those that are exactly equal to the named one, come without a fit.
+    id: str
+    stage: str
+    probability: float
+    before: Contender | None = None
+
+
+def contenders(told: Explanation, finding: Finding, earlier: Sequence[Contender] = ()) -> tuple[Contender, ...]:
+    """Return the members of a finding's set, the named one first, with those that were in it on less data.
+
+    Those that cannot be fitted, and those that are exactly equal to the named one, come without a fit. All others are
+    fitted on the same grids, fine enough for what each was fitted as before.
     """
-    named = next(e for e in told.improved.chain.added if e.name == finding.id)
-    assert isinstance(named, Effect)
+    named = named_effect(told, finding)
     same = {c.id for c in named.confused_with if c.exact and c.here in (None, named.place)}
-    known = {(o.id, o.stage) for o in finding.could_also_be} | {(finding.id, finding.stage)}
-    others = [*finding.could_also_be, *(Alternative(i, stage, 0.0) for i, stage in more if (i, stage) not in known)]
-    base = _fit(told, _without(told, named), told.train)
-    fits = [_named_alone(told), *(None if o.id in same else _fitted(told, base, o) for o in others)]
-    members = [Alternative(finding.id, finding.stage, finding.probability), *others]
-    grids, fitted = _on_one_grid(told, fits)
-    substeps = max(o.substeps for o in grids)
+    entries = _entries(finding, earlier)
+    open_to = [e for e in entries if e.id not in same]
+    warm = {(e.id, e.stage): _again(told, named, e.before) for e in open_to if e.before is not None}
+    own = _named_alone(told)
+    grids = fine_enough(told.train, [own.chain, *(chain for chain in warm.values() if chain is not None)])
+    base = fitted(told, without(told, named), grids)
+    found: list[tuple[Effect | None, Fit | None]] = [(named, fitted(told, own.chain, grids))]
+    none: tuple[Effect | None, Fit | None] = (None, None)
+    found += [_best(told, base, grids, e, warm.get((e.id, e.stage))) if e in open_to else none for e in entries]
+    final = fine_enough(grids, [f.chain for _, f in found if f is not None])
+    members = [Entry(finding.id, finding.stage, finding.probability), *entries]
     return tuple(
-        Contender(m.id, m.stage, m.probability, found, chi2, m.id in same, substeps)
-        for m, (found, chi2) in zip(members, fitted, strict=True)
+        _contender(told, m, effect, f, m.id in same, final) for m, (effect, f) in zip(members, found, strict=True)
     )
 
 
-def remembered(told: Explanation, sets: Sequence[Sequence[tuple[str, str]]]) -> Explanation:
-    """Return the explanation with every member of earlier sets kept that the data do not exclude.
+def _contender(
+    told: Explanation, member: Entry, effect: Effect | None, found: Fit | None, exact: bool, grids: Grids
+) -> Contender:
+    """Return a member on the grids that all members need in the end."""
+    if found is None:
+        return Contender(member.id, member.stage, member.probability, exact=exact)
+    found = fitted(told, found.chain, grids)
+    chi2, substeps = sum(chi_squared(found.chain, o) for o in grids), max(o.substeps for o in grids)
+    return Contender(member.id, member.stage, member.probability, effect, found, chi2, exact, substeps)
 
-    What was in doubt before is out of doubt only when it was fitted to all the data and lost: an explanation may have
-    passed it over this time.
-    """
-    return replace(told, effects=tuple(_remembering(told, f, sets) for f in told.effects))
+
+def named_effect(told: Explanation, finding: Finding) -> Effect:
+    """Return the effect of a finding in the improved model."""
+    return next(e for e in told.improved.chain.added if isinstance(e, Effect) and e.name == finding.id)
 
 
-def _remembering(told: Explanation, finding: Finding, sets: Sequence[Sequence[tuple[str, str]]]) -> Finding:
-    """Return a finding with the earlier rivals that were fitted again and are not excluded.
+def _entries(finding: Finding, earlier: Sequence[Contender]) -> list[Entry]:
+    """Return the rivals of a finding: those that are in doubt now, and those that were."""
+    fits = {(c.id, c.stage): c for c in earlier if c.fit is not None}
+    now = [Entry(o.id, o.stage, o.probability, fits.get((o.id, o.stage))) for o in finding.could_also_be]
+    known = {(e.id, e.stage) for e in now} | {(finding.id, finding.stage)}
+    return [*now, *(Entry(c.id, c.stage, 0.0, c) for key, c in fits.items() if key not in known)]
 
-    Its own set is one it was in; where it is new, one of which no member is named any more.
-    """
-    named_now = {(f.id, f.stage) for f in told.effects}
-    own = [members for members in sets if (finding.id, finding.stage) in members]
-    own = own or [members for members in sets if not named_now & set(members)]
-    before = [member for members in own for member in members]
-    known = {(o.id, o.stage) for o in finding.could_also_be} | {(finding.id, finding.stage)}
-    missing = [member for member in dict.fromkeys(before) if member not in known]
-    if not missing:
-        return finding
-    named, *others = contenders(told, finding, missing)
-    count = sum(o.count for o in told.train)
-    odds = {
-        (m.id, m.stage): exp(min(0.5 * (named.price(count) - m.price(count)), 3.0))
-        for m in others if (m.id, m.stage) in missing and not m.exact
-    }  # fmt: skip
-    odds = {member: weight for member, weight in odds.items() if weight > EXCLUDED}
-    total = 1.0 + sum(odds.values())
-    added = [Alternative(i, stage, finding.probability * w / total) for (i, stage), w in odds.items()]
-    kept = [replace(o, probability=o.probability / total) for o in finding.could_also_be]
-    ranked = sorted([*kept, *added], key=lambda o: -o.probability)
-    return replace(finding, probability=finding.probability / total, could_also_be=tuple(ranked))
+
+def fine_enough(observations: Sequence[Observation], chains: Sequence[Chain]) -> Grids:
+    """Return observations on grids fine enough for all chains."""
+    found = tuple(observations)
+    for chain in chains:
+        found = tuple(refined(o, chain) for o in found)
+    return found
 
 
 def _named_alone(told: Explanation) -> Fit:
     """Return the fit of the improved model, less the unnamed part it may have: that would blur what names explain."""
     if all(isinstance(effect, Effect) for effect in told.improved.chain.added):
         return told.improved
-    return _fit(told, _without(told, None), told.train)
+    return fitted(told, without(told, None), told.train)
 
 
-def _without(told: Explanation, named: Effect | None) -> Chain:
+def without(told: Explanation, named: Effect | None) -> Chain:
     """Return the chain of the improved model less one effect, and less what has no name."""
     chain = told.plain.chain
     for effect in told.improved.chain.added:
         if isinstance(effect, Effect) and effect != named:
             chain = effect.put_in(chain, {})
-    values = told.improved.chain.values
-    return chain.with_values({k: v for k, v in values.items() if k.partition("[")[0] in chain.values})
+    return _valued(chain, told.improved.chain)
 
 
-def _fit(told: Explanation, chain: Chain, observations: Sequence[Observation]) -> Fit:
+def _valued(chain: Chain, like: Chain) -> Chain:
+    """Return a chain with every value that another one knows by the same name."""
+    return chain.with_values({k: v for k, v in like.values.items() if k.partition("[")[0] in chain.values})
+
+
+def _again(told: Explanation, named: Effect, before: Contender | None) -> Chain | None:
+    """Return the chain with an earlier contender in the place of the named effect, at the values it was fitted with."""
+    base = without(told, named)
+    if before is None or before.effect is None or before.fit is None or not before.effect.applicable(base):
+        return None
+    chain = _valued(before.effect.put_in(base, {}), before.fit.chain)
+    return scanned(chain, told.train)
+
+
+def fitted(told: Explanation, chain: Chain, observations: Sequence[Observation]) -> Fit:
     """Fit a chain, the plain values held as weakly as in the explanation's own fits."""
     centre = {c.name: c.centre for c in told.plain.coordinates}
     return fit(chain, observations, centre, told.model.fixed, ITERATIONS, valleys=False)
 
 
-def _fitted(told: Explanation, base: Fit, other: Alternative) -> Fit | None:
-    """Return the fit of the best form of an alternative; None where the catalogue or these data know none."""
-    kind = catalogue().get(other.id)
-    variants = [e for e in kind.variants() if e.place.label == other.stage] if kind else []
-    evidence = Evidence(base, told.train)
-    usable = [e for e in variants if e.applicable(base.chain)]
-    tried = [found for effect in usable for found in _from_starts(told, evidence, effect)]
-    count = sum(o.count for o in told.train)
-    return min(tried, key=lambda f: f.cost + len(f.coordinates) * log(count), default=None)
+def _best(
+    told: Explanation, base: Fit, grids: Grids, entry: Entry, warm: Chain | None
+) -> tuple[Effect | None, Fit | None]:
+    """Return the best form of a rival and its fit; None where the catalogue or these data know none."""
+    kind = catalogue().get(entry.id)
+    variants = [e for e in kind.variants() if e.place.label == entry.stage] if kind else []
+    evidence = Evidence(base, grids)
+    tried: list[tuple[Effect | None, Fit | None]] = []
+    for effect in (e for e in variants if e.applicable(base.chain)):
+        start = _start(evidence, effect)
+        tried += [(effect, fitted(told, scanned(start, grids), grids))] if start is not None else []
+    if warm is not None and entry.before is not None:
+        tried.append((entry.before.effect, fitted(told, warm, grids)))
+    count = sum(o.count for o in grids)
+    return min(tried, key=lambda pair: _price(pair[1], count), default=(None, None))
 
 
-def _from_starts(told: Explanation, evidence: Evidence, effect: Effect) -> Sequence[Fit]:
-    """Return the fit from the start of an effect that promises most; none where it has no start."""
+def _price(found: Fit | None, count: int) -> float:
+    return found.cost + len(found.coordinates) * log(count) if found is not None else float("inf")
+
+
+def _start(evidence: Evidence, effect: Effect) -> Chain | None:
+    """Return the chain at the start of an effect that promises most; None where it has no start."""
     starts = evidence_starts(evidence, effect)
     if not starts:
-        return ()
-    best = max(starts, key=lambda values: evidence.gain(effect, values))
-    chain = scanned(effect.put_in(evidence.chain, best), told.train)
-    return (_fit(told, effect.upright(chain), told.train),)
-
-
-def _on_one_grid(
-    told: Explanation, fits: Sequence[Fit | None]
-) -> tuple[tuple[Observation, ...], list[tuple[Fit | None, float]]]:
-    """Return grids fine enough for all fits, and every fit on them with its chi-squared."""
-    observations = told.train
-    for found in fits:
-        if found is not None:
-            observations = tuple(refined(o, found.chain) for o in observations)
-    finer = any(a is not b for a, b in zip(observations, told.train, strict=True))
-    again = [_fit(told, f.chain, observations) if f is not None and finer else f for f in fits]
-    return observations, [(f, sum(chi_squared(f.chain, o) for o in observations) if f else float("inf")) for f in again]
+        return None
+    return effect.put_in(evidence.chain, max(starts, key=lambda values: evidence.gain(effect, values)))

@@ -23,12 +23,14 @@ from identify.planning.discrimination import (
     LEAST,
     Choice,
     Rival,
+    Sums,
     answers,
     chosen,
     difference,
     rival,
     spread,
     told,
+    trusted,
 )
 from identify.planning.separators import kind_of, separators
 
@@ -95,8 +97,9 @@ def _separation(explained: Explanation, finding: Finding, room: Room) -> Separat
     options = _worth(rivals, separators(explained.model, room), room, explained.noise.rms_v)
     if not options:
         return _separated(explained, finding, members, (), None, [])
-    noise_v, fine = explained.noise.rms_v, members[0].substeps
-    sums = [told(rivals, c.drawn(room.rate_hz), room.rate_hz, noise_v, fine) for c in options]
+    options, sums = _weighed(rivals, options, room, explained.noise.rms_v, members[0].substeps)
+    if not options:
+        return _separated(explained, finding, members, (), None, [])
     choice = chosen(rivals, sums, [c.time_s for c in options], room.time_s)
     return _separated(explained, finding, members, options, choice, fitted)
 
@@ -113,6 +116,16 @@ def _worth(
             usable.append(candidate)
             gains.append(min(between.values()) / candidate.time_s)
     return tuple(usable[k] for k in spread(gains, [kind_of(c) for c in usable], WEIGHED))
+
+
+def _weighed(
+    rivals: Sequence[Rival], options: Sequence[Candidate], room: Room, noise_v: float, substeps: int
+) -> tuple[tuple[Candidate, ...], list[Sums]]:
+    """Return the stimuli of which a simulation tells what the hypotheses answer, and what each tells them apart by."""
+    drawn = [c.drawn(room.rate_hz) for c in options]
+    sums = [told(rivals, u, room.rate_hz, noise_v, substeps) for u in drawn]
+    good = [trusted(rivals, s, u, room.rate_hz, noise_v) for s, u in zip(sums, drawn, strict=True)]
+    return tuple(c for c, g in zip(options, good, strict=True) if g), [s for s, g in zip(sums, good, strict=True) if g]
 
 
 def _separated(

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from identify.chain import simulate
 from identify.derivatives.sensitivities import sensitivities
 from identify.fit import Coordinate, Fit, coordinates_of
-from identify.observe import Observation
+from identify.observe import FINEST, Observation
 from identify.quadratic import inverse
 from identify.trace import Array, Trace
 
@@ -31,6 +31,7 @@ RUN = "follow-up"
 ENOUGH = 12.0  # standard deviations from which a set is decided: Schwarz's price of more parameters and chance included
 LEAST = 3.0  # standard deviations below which two hypotheses are not expected to be told apart
 IDLE = 0.02  # share of ENOUGH that the time left must still promise
+DOUBTFUL = 0.1  # share of z^2 that what even the finest grid leaves out of an answer may make
 MOST_STEPS = 6
 MOST_REPEATS = 40
 
@@ -94,9 +95,12 @@ def difference(readings: Sequence[Array], noise_v: float) -> dict[Pair, float]:
 
 
 def told(rivals: Sequence[Rival], u: Array, rate_hz: float, noise_v: float, substeps: int = 1) -> Sums:
-    """Return what the readings of ``u``, played from rest, tell the hypotheses apart by."""
+    """Return what the readings of ``u``, played from rest, tell the hypotheses apart by.
+
+    The slopes, which only have to be about right, are taken on a grid of ``substeps``.
+    """
     trace = _silent(u, rate_hz)
-    readings = answers(rivals, u, rate_hz, substeps)
+    readings = answers(rivals, u, rate_hz, FINEST)
     pulls: dict[Pair, Array] = {}
     matrices: dict[int, Matrix] = {}
     for b, false in enumerate(rivals):
@@ -108,6 +112,13 @@ def told(rivals: Sequence[Rival], u: Array, rate_hz: float, noise_v: float, subs
             if a != b:
                 pulls[a, b] = slopes @ ((reading - readings[b]) / noise_v)
     return Sums(difference(readings, noise_v), pulls, matrices)
+
+
+def trusted(rivals: Sequence[Rival], sums: Sums, u: Array, rate_hz: float, noise_v: float) -> bool:
+    """Return whether what ``u`` tells is the hypotheses' own: not what a simulation in steps leaves out of them."""
+    coarse, fine = (answers(rivals, u, rate_hz, n) for n in (FINEST, 4 * FINEST))
+    worst = max(float(np.sum(np.square((a - b) / noise_v))) for a, b in zip(coarse, fine, strict=True))
+    return worst <= max(DOUBTFUL * min(sums.sharpness(rivals).values()) ** 2, DOUBTFUL)
 
 
 def _silent(u: Array, rate_hz: float) -> Trace:

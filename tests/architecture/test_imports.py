@@ -19,7 +19,7 @@ ALLOWED = {  # package: what it may import of the product
 PLAIN_DATA = {"identify.trace", "identify.model", "identify.interval", "identify.natural_units"}
 SEES_BOTH = {  # who may import more of identify than its plain data, and what
     "rig.workflow": {
-        "identify.joint", "identify.explain", "identify.explain.contenders", "identify.page.report", "identify.chain",
+        "identify.joint", "identify.explain", "identify.explain.revised", "identify.page.report", "identify.chain",
         "identify.effects", "identify.simulate", "identify.uncertainty.band", "identify.uncertainty.coefficients",
     },
     "rig.design": {

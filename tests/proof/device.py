@@ -19,7 +19,7 @@ from tests.proof.integrator import Grid
 from tests.proof.rigs import Rig
 
 BLOCK = 65_536
-SUBSTEPS = 32
+SUBSTEPS = 128  # follow-ups are short and steep
 CAPABILITIES = Capabilities(
     output_low_v=-10.0, output_high_v=10.0, input_low_v=-40.0, input_high_v=40.0,
     min_rate_hz=1.0, max_rate_hz=50e3, output_bits=24, input_bits=24,
