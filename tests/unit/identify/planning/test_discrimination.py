@@ -7,7 +7,7 @@ from identify.chain import Chain, simulate
 from identify.effects import catalogue, chain_of
 from identify.fit import Fit, chi_squared, fit
 from identify.model import Model, Rational
-from identify.observe import Observation
+from identify.observe import FINEST, Observation
 from identify.planning.candidates import Room, Stairs, Tone
 from identify.planning.discrimination import ENOUGH, LEAST, chosen, rival, spread, told
 from identify.planning.separators import kind_of, separators
@@ -21,8 +21,8 @@ STEPS = np.repeat([2.0, 3.0, 1.0, -1.0, -3.0, -2.0, 0.5], 240)
 
 def observed(name: str, chain: Chain, u: Array) -> Observation:
     trace = Trace(name, RATE_HZ, u, np.zeros_like(u))
-    answer = simulate(chain, trace)
-    return Observation(Trace(name, RATE_HZ, u, answer), np.ones(u.size, dtype=bool), NOISE_V)
+    answer = simulate(chain, trace, FINEST)
+    return Observation(Trace(name, RATE_HZ, u, answer), np.ones(u.size, dtype=bool), NOISE_V, FINEST)
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +41,7 @@ def test_the_expected_rise_of_chi_squared_is_that_of_a_refit(true: Chain) -> Non
     right, _ = fitted(true, true, STEPS)
     u = Tone(30.0, 7.5, 0.0, 6).drawn(RATE_HZ)
     rivals = [rival(right, 0.5, ()), rival(false, 0.5, ())]
-    expected = told(rivals, u, RATE_HZ, NOISE_V).sharpness(rivals)[0, 1]
+    expected = told(rivals, u, RATE_HZ, NOISE_V, FINEST).sharpness(rivals)[0, 1]
     _, after = fitted(true, false.chain, STEPS, u)
     assert expected**2 == pytest.approx(after - before, rel=0.15)
     plain = told(rivals, u, RATE_HZ, NOISE_V).energy[0, 1]
