@@ -1,6 +1,7 @@
 """Does the study hold: truth sealed before the tool is asked, a cut study goes on, its first trials are right?
 
-A fixed share of ``python -m tests.proof``: a rig with nothing missing and one with a rail, real standard trials both.
+A fixed share of ``python -m tests.proof``: one standard trial with nothing missing, asked as the command asks it; what
+is missing is found in the fixed cases of test_trials.py.
 """
 
 import json
@@ -19,20 +20,11 @@ def study(tmp_path_factory):
     return tmp_path_factory.mktemp("study") / "proof.jsonl"
 
 
-@pytest.mark.parametrize(
-    ("words", "verdict", "names"),
-    [
-        (("--stratum", "null", "--seed", "3"), "consistent", ()),
-        (("--effect", "saturation", "--seed", "15"), "explained", ("saturation",)),
-    ],
-)
-def test_a_standard_trial_is_answered_rightly(study, capsys, words, verdict, names):
-    main([*words, "--cases", "1", "--out", str(study)])
+def test_a_standard_trial_is_answered_rightly(study, capsys):
+    main(["--stratum", "null", "--seed", "3", "--cases", "1", "--out", str(study)])
     assert "1 sealed trials" in capsys.readouterr().out
-    (outcome,) = (opened(entry) for entry in answered(study, REPLY).values() if words[1] in entry["trial"])
-    assert (outcome.verdict, outcome.names) == (verdict, names)
-    assert outcome.placed is bool(names)
-    assert all(holds for _, holds in outcome.intervals())
+    (outcome,) = map(opened, answered(study, REPLY).values())
+    assert (outcome.verdict, outcome.names, outcome.placed) == ("consistent", (), False)
 
 
 def test_the_seal_stands_before_the_answer_and_what_is_answered_is_not_asked_again(study, capsys):
