@@ -1,0 +1,58 @@
+"""Are findings, starts and doubts weighed as the statistics they are taken from say?"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from identify.chain import plain_chain, simulate
+from identify.explain.confirm import improvement
+from identify.explain.hypothesis import FALSE_DISCOVERIES, Hypothesis, is_discovery
+from identify.explain.locate import Located
+from identify.explain.rivals import UNHEARD, unheard
+from identify.fit import fit
+from identify.levels import merit
+from tests.proof.rigs import OP_AMP
+from tests.proof.stimuli import sine
+from tests.trials import model_of, noisy, observed, recorded
+
+NOISE_V = 0.01
+PLAIN = plain_chain(model_of(OP_AMP))
+CLEAN = recorded(OP_AMP, sine("sine", 31.25, 8.0, 8, 1), (), fine=1)
+SEEN = [observed(noisy(replace(CLEAN, y=simulate(PLAIN, CLEAN)), NOISE_V, seed), NOISE_V, 1) for seed in range(200)]
+
+
+def test_one_test_is_a_discovery_at_its_level_and_many_need_more():
+    assert is_discovery(0.99 * FALSE_DISCOVERIES, 1)
+    assert not is_discovery(0.99 * FALSE_DISCOVERIES, 2)
+    assert is_discovery(FALSE_DISCOVERIES / (3 * (1 + 1 / 2 + 1 / 3)) * 0.999, 3)
+
+
+def test_a_start_of_the_wrong_size_keeps_what_its_shape_would_gain():
+    assert merit(2.0 * 9.0 - 9.0, 9.0, 9.0) == pytest.approx(9.0)  # the right size: its gain
+    assert merit(2.0 * 27.0 - 81.0, 27.0, 81.0) == pytest.approx(4.5)  # three times too large: half of it
+    assert merit(-18.0 - 9.0, -9.0, 9.0) == 0.0  # the wrong way
+    assert merit(0.0, 1.0, float("inf")) == 0.0
+
+
+def test_held_out_data_of_a_clean_rig_side_with_a_change_as_seldom_as_a_normal_number_does():
+    moved = PLAIN.with_values({"F.D_L": PLAIN.values["F.D_L"] + 2e-4})
+    sides = np.array([improvement(moved, PLAIN, [seen]) for seen in SEEN])
+    assert np.mean(sides > 1.0) < 2.0 * norm.sf(1.0)
+
+
+def test_held_out_data_side_with_what_is_true():
+    moved = PLAIN.with_values({"F.D_L": PLAIN.values["F.D_L"] + 5e-3})
+    size = float(np.linalg.norm(simulate(moved, CLEAN) - simulate(PLAIN, CLEAN)) / NOISE_V)
+    sides = np.array([improvement(PLAIN, moved, [seen]) for seen in SEEN[:50]])
+    assert np.mean(sides) == pytest.approx(size, rel=0.2)
+
+
+def test_physics_of_no_catalogue_is_the_less_likely_the_less_a_name_leaves():
+    found = fit(PLAIN, SEEN[:1], fixed=("G1", "F", "G2"))
+    base = Hypothesis((), found, 5000.0, 5000)
+    doubts = [unheard(Located(base, (), 1.0), told) for told in (100.0, 1e4, 1e6)]
+    assert doubts == sorted(doubts, reverse=True)
+    assert doubts[0] < UNHEARD
+    assert unheard(Located(base, (), 1e-6), 100.0) > 5.0 * doubts[0]
