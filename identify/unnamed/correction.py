@@ -36,7 +36,6 @@ class Correction(Stage):
     curved: ClassVar[bool] = True  # whether weights against knots draw its shape
     least: ClassVar[int] = 2  # knots
     even: ClassVar[bool] = False  # whether the knots must be evenly spaced
-    pinned: ClassVar[bool] = False  # whether first and last knot stay at zero: F has the straight line between them
 
     @property
     @abstractmethod
@@ -52,8 +51,8 @@ class Correction(Stage):
 
     @property
     def numbers(self) -> range:
-        """Return the numbers, from 1, of the knots that have weights."""
-        return range(1 + self.pinned, len(self.knots) + 1 - self.pinned)
+        """Return the numbers of the knots, from 1."""
+        return range(1, len(self.knots) + 1)
 
     @property
     def absent(self) -> dict[str, float]:
@@ -85,8 +84,7 @@ class Correction(Stage):
 
     def split(self, values: Values) -> list[Array]:
         """Return the weights of every word at all knots, shape (knots,) each."""
-        rows = np.array(values).reshape(len(self.weights), len(self.numbers))
-        return list(np.pad(rows, ((0, 0), (int(self.pinned), int(self.pinned)))))
+        return list(np.array(values).reshape(len(self.weights), len(self.knots)))
 
 
 @dataclass(frozen=True)

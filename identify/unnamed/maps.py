@@ -34,12 +34,11 @@ class LevelMap(Correction):
 
     form = "map of the level"
     kind = "a memoryless law"
-    equation = "s' = s + c(s), c a cubic spline through the knots, zero at the outer ones"
+    equation = "s' = s + c(s), c a cubic spline through the knots"
     knot_unit = "V"
     places = tuple(Place)
     least = 4
     even = True
-    pinned = True
 
     @property
     def axis(self) -> str:

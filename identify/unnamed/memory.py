@@ -26,7 +26,6 @@ class BorderMap(PlayCorrection):
     weights = (("L", "V"), ("U", "V"))
     least = 4
     even = True
-    pinned = True
 
     @property
     def axis(self) -> str:

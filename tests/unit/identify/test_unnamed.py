@@ -82,7 +82,7 @@ def test_it_runs_the_same_in_one_piece_and_in_many(form: str) -> None:
 
 def test_a_curve_goes_through_its_knots_and_on_straight() -> None:
     free = LevelMap(Place.SENSE, (-2.0, -1.0, 0.0, 1.0, 2.0))
-    run, _ = free.begin((0.1, -0.2, 0.3), None, None)
+    run, _ = free.begin((0.0, 0.1, -0.2, 0.3, 0.0), None, None)
     levels = np.array([-4.0, -3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0])
 
     class Bare:
