@@ -68,7 +68,12 @@ def write(
         return ()
     limits = limits_of(runs)
     room = _room(runs, limits, device)
-    found = separations(told, room, progress)
+    try:
+        found = separations(told, room, progress)
+    except ValueError as error:
+        if device is None:
+            return ()  # nobody asked for a protocol: the answer stands without one
+        raise RefusedError(f"no follow-up can be chosen: {error}", where=address) from error
     return tuple(Written(s, _file(s, runs, replace_limits(limits, room), room, folder, device, address)) for s in found)
 
 
