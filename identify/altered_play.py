@@ -15,7 +15,8 @@ from identify.ratchet import Kind, tables
 from identify.stage import Block, Grid, Parameter, Run, Shape, Values
 from identify.trace import Array
 
-CONTACTS = (np.arange(16) + 0.5) / 16 - 0.5  # a contact spread over a width is that of plays so much of it apart
+# A contact spread over a width is that of plays so much of it apart, with the variance of an even spread.
+CONTACTS = ((np.arange(16) + 0.5) / 16 - 0.5) / np.sqrt(1.0 - 1.0 / 16**2)
 SHAKEN_CONTACTS = (-0.375, -0.125, 0.125, 0.375)  # the same where noise rounds each of them by itself
 
 
