@@ -60,9 +60,12 @@ def _explained(
     data = replace(data, test=tuple(refined(o, earned.hypothesis.fit.chain) for o in data.test))
     kept, dropped = confirmed(bench, earned, data.test)
     improved = adapted(kept.hypothesis.fit.chain, data.test)
-    readings = reread(readings, improved, kept.hypothesis.names, leave_out)
+    told = reread(readings, improved, kept.hypothesis.names, leave_out)
+    gone = {b.id for b in readings.found} - {b.id for b in told.found}
+    if gone:  # what only the plain model showed in the readings is none of theirs: they are explained as recorded
+        return _explained(model, traces, hold_out, note, (*leave_out, *gone))
     note("done", 1.0)
-    return Answer(model, data, bench, plain, kept, rounds, dropped, readings, seen).explanation()
+    return Answer(model, data, bench, plain, kept, rounds, dropped, told, seen).explanation()
 
 
 def _silent(sentence: str, share: float) -> None:

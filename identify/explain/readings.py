@@ -80,15 +80,14 @@ def _whitened(
 
 
 def reread(readings: Readings, chain: Chain, explained: Sequence[str], leave_out: Sequence[str]) -> Readings:
-    """Return the readings with their blemishes measured against the chain that explains the rest.
+    """Return the readings with the blemishes that are there against the chain that explains the rest, measured on it.
 
     The steps of the ADC are told here, where no effect tells of them.
     """
     noise = tuple(b for b in readings.found if b.id == ColouredNoise.id)
-    found = tuple(b for b in readings.found if b.id != ColouredNoise.id)
-    if found:
-        again = mended(chain, readings.traces, readings.hold_out, readings.data.noise.rms_v, leave_out).found
-        found = again if [b.id for b in again] == [b.id for b in found] else found
+    found: tuple[Blemish, ...] = ()
+    if len(noise) < len(readings.found):
+        found = mended(chain, readings.traces, readings.hold_out, readings.data.noise.rms_v, leave_out).found
     found = (*found, *noise)
     if "adc_quantisation" not in (*explained, *leave_out):
         found = (*found, *adc_steps([*readings.traces, *readings.hold_out], readings.data.noise.rms_v))

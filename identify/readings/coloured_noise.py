@@ -29,6 +29,7 @@ HARMONICS = 10
 CONVINCING = 60.0  # twice the fall of the log-likelihood
 CONFIRMING = 10.0  # the same on readings kept back
 MISFIT = 2.0  # deviance a band from which noise follows another law, or is none
+FAINT = 1e-12  # least power of a band, over its law's: coarse readings may repeat to the last digit
 SLOPES = (0.3, 3.0)
 STARTS = ((0.3, 1.0), (1.0, 0.7), (1.0, 1.5), (3.0, 1.0))  # sd over the white noise, slope
 PER_DECADE = 1.6  # poles and zeros of the filter that whitens it
@@ -173,7 +174,7 @@ def _fitted(seen: Sequence[Spectrum], white_v: float, sd_v: float, slope: float)
 
 def _misfit(seen: Sequence[Spectrum], at: Array) -> float:
     """Return the deviance from a spectrum that is free in every band, per band: about one for the right law."""
-    ratios = np.concatenate([s.power / s.expected(*_values(at)) for s in seen])
+    ratios = np.concatenate([np.maximum(s.power / s.expected(*_values(at)), FAINT) for s in seen])
     count = np.concatenate([s.count for s in seen])
     return float(np.mean(2.0 * count * (ratios - 1.0 - np.log(ratios))))
 
