@@ -44,12 +44,26 @@ class _Block:
         self.signal = signal
 
 
-def test_the_best_option_gains_most_and_nothing_is_better_than_a_loss():
+def test_the_best_option_has_most_merit_and_nothing_is_better_than_a_change_that_points_backward():
     levels = Levels(np.array([-1.0, 0.0, 1.0]), np.eye(3), np.array([0.0, 0.0, -0.3]))
     options = [{"cut": cut} for cut in (0.1, 0.3, 0.9)]
-    assert levels.best(lambda w, values: np.minimum(w, 1.0 - values["cut"]), options) == {"cut": 0.3}
-    assert levels.best(lambda w, values: np.minimum(w, 1.0 - values["cut"]), options[2:]) == {}
-    assert levels.best(lambda w, values: w, []) == {}
+    assert levels.best(_limited, options) == {"cut": 0.3}
+    assert levels.best(lambda w, values: 2.0 * w - _limited(w, values), options) == {}
+    assert levels.best(lambda w, values: w, options) == {}
+    assert levels.best(_limited, []) == {}
+
+
+def test_a_start_too_large_to_gain_counts_for_its_shape_unless_far_too_large():
+    levels = Levels(np.array([-1.0, 0.0, 1.0]), np.eye(3), np.array([0.0, 0.0, -0.3]))
+    large, far_too_large = {"cut": 0.9}, {"cut": 3.1}
+    assert levels.gain(_limited(levels.knots, large) - levels.knots) < 0.0
+    assert levels.best(_limited, [large]) == large
+    assert levels.best(_limited, [far_too_large]) == {}
+
+
+def _limited(w, values):
+    """Cut what exceeds 1 V less ``cut``, at the highest of the three knots alone."""
+    return np.where(w > 0.5, np.minimum(w, 1.0 - values["cut"]), w)
 
 
 def test_knots_lie_closer_at_the_ends_and_end_there():
