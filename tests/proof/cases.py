@@ -128,9 +128,9 @@ LIBRARY = (
     ),
     _known("adc_clipping", OP_AMP, 124, ("adc_clipping", "adc_clipping", "sense", {"upper": 12.13, "lower": -13.04})),
     _known(
-        "adc_nonlinearity", RC, 125, ("adc_nonlinearity", "adc_nonlinearity", "sense", {"k2": -2.3e-5, "k3": 7.1e-6})
+        "adc_nonlinearity", RC, 125, ("adc_nonlinearity", "adc_nonlinearity", "sense", {"k2": -3.1e-5, "k3": 9.3e-6})
     ),
-    _known("dac_quantisation", OP_AMP, 158, ("dac_quantisation", "dac_quantisation", "source", {"lsb": 0.0078431})),
+    _known("dac_quantisation", OP_AMP, 158, ("dac_quantisation", "dac_quantisation", "source", {"lsb": 0.0117647})),
     _known("source_pole", RC, 151, ("source_pole", "source_pole", "source", {"tau": 0.31e-3})),
     _known("source_nonlinearity", OP_AMP, 152, ("source_nonlinearity", "source_nonlinearity", "source", {"k": 9.3e-5})),
     Case(
@@ -147,7 +147,7 @@ LIBRARY = (
 )  # fmt: skip
 
 OUTSIDE = (
-    _unknown("stick_slip", OP_AMP, 131, "stick_slip", {"stuck": 0.13}),
+    _unknown("stick_slip", OP_AMP, 159, "stick_slip", {"stuck": 0.83}),
 )
 
 PAIRS = (
