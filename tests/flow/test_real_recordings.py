@@ -15,7 +15,7 @@ import pytest
 from tests.flow.console import rig
 
 FOLDER = Path(os.environ.get("RIG_RECORDINGS", Path(__file__).parents[3] / "shared" / "recordings"))
-PATIENCE_S = 600.0  # 100,000 samples at a noise so low that the grid must be fine take minutes
+PATIENCE_S = 600.0  # 20,000 samples at a noise so low that the grid must be fine take two minutes of a processor
 BLEMISHES = {"spikes", "adc_quantisation"}  # of readings, not physics of the chain: both stand in the ladder's table
 BLOCK, TAPS = 512, 60  # the ladder's readings came in blocks, and the first of a block is odd
 pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason=f"no recordings at {FOLDER}: set RIG_RECORDINGS")
@@ -65,14 +65,15 @@ def blemishes_of(table: Path) -> tuple[float, float]:
 def test_the_diodes_between_two_filters_are_found_where_they_are(tmp_path: Path) -> None:
     (table,) = (FOLDER / "wh2009").glob("*.csv")
     kind = ("--input", "1", "--output", "2", "--rate", "51200", "--intersample", "bandlimited")
-    for name, rows in (("train", "5200:105200"), ("test", "109200:188000")):
+    for name, rows in (("train", "5200:25200"), ("test", "109200:129200")):
         ended = rig("import", str(table), *kind, "--rows", rows, "--out", f"{name}.h5", cwd=tmp_path)
         assert ended.code == 0, ended
     rig_file = str(FOLDER / "wh2009" / "rig.yaml")
     told = explained(tmp_path, "train.h5", "--hold-out", "test.h5", "--rig", rig_file)
-    assert [(e["id"], e["stage"]) for e in told["effects"]] == [("diode_clamp", "F")]
-    assert told["effects"][0]["form"] == "upper, resistor"
-    assert 0.03 < told["effects"][0]["parameters"]["n_vt"]["value"] < 0.08  # V_T is 25 mV, n of a diode 1 to 2
+    (clamp,) = (e for e in told["effects"] if e["id"] != "unnamed")
+    assert (clamp["id"], clamp["stage"], clamp["form"]) == ("diode_clamp", "F", "upper, resistor")
+    assert 0.03 < clamp["parameters"]["n_vt"]["value"] < 0.08  # V_T is 25 mV, n of a diode 1 to 2
     assert told["location"]["stage"] == "F"
-    assert told["fit"]["held_out"]["after"] <= 0.7e-3
-    assert told["fit"]["held_out"]["before"] > 40e-3
+    held = told["fit"]["held_out"]
+    assert held["after"] <= held["named"] <= 0.7e-3
+    assert held["before"] > 40e-3
