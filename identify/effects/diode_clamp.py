@@ -12,7 +12,7 @@ from identify.trace import Array
 if TYPE_CHECKING:
     from identify.evidence import Evidence
 
-N_VT = Parameter("diode_clamp.n_vt", "V", "log", label="n V_T")
+N_VT = Parameter("diode_clamp.n_vt", "V", "log", within=3.0, label="n V_T")  # without a width it would be a rail
 KNEE = Parameter("diode_clamp.knee", "V", "log")
 SLOPE = Parameter("diode_clamp.slope", "V/V", scale=0.1)
 SAME = "only larger levels, where the shapes part: a law right behind F and borders bent alike are the same data"

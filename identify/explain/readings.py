@@ -23,6 +23,7 @@ from identify.stage import Place
 from identify.trace import Trace
 
 LOOKS = 3
+WORTH = 0.5  # share of the plain model's misfit that may be left for its blemishes to count before it is explained
 Prepared = Callable[[Split], tuple[Bench, Hypothesis]]
 
 
@@ -41,18 +42,22 @@ class Readings:
 
 
 def read(
-    model: Model, traces: Sequence[Trace], hold_out: Sequence[Trace], prepared: Prepared, leave_out: Sequence[str]
-) -> Readings:
+    model: Model, traces: Sequence[Trace], hold_out: Sequence[Trace], prepared: Prepared, leave_out: Sequence[str],
+    against: Chain | None = None,
+) -> Readings:  # fmt: skip
     """Return the recordings as they are to be explained; ``prepared`` fits the plain model.
 
     A rough look, a fit without what it shows, a close look: until the close one confirms the rough one, or is all
-    there is.
+    there is. What is seen while the plain model leaves much more than the readings' blemishes waits for a chain that
+    explains the rest; given one, they are looked at ``against`` it alone.
     """
     raw = split(model, traces, hold_out)
     bench, before = prepared(raw)
-    rough = mended(before.fit.chain, traces, hold_out, raw.noise.rms_v, leave_out, rough=True)
     seen = recorded = Mended(tuple(traces), tuple(hold_out), ())
-    for _ in range(LOOKS):
+    if against is not None:
+        seen = mended(against, traces, hold_out, raw.noise.rms_v, leave_out)
+    rough = mended(before.fit.chain, traces, hold_out, raw.noise.rms_v, leave_out, rough=True)
+    for _ in range(LOOKS if against is None else 0):
         if not rough.found or seen.found:
             break
         better = prepared(split(model, rough.training, rough.proof))[1].fit.chain
@@ -60,9 +65,12 @@ def read(
         rough = mended(better, traces, hold_out, raw.noise.rms_v, leave_out, rough=True)
     data = split(model, seen.training, seen.proof) if seen.found else raw
     data, noise = _whitened(data, seen, settling_s(model), leave_out)
-    if data is raw:
-        return Readings(recorded.training, recorded.proof, raw, before, raw, bench, before, ())
-    return Readings(recorded.training, recorded.proof, raw, before, data, *prepared(data), (*seen.found, *noise))
+    bench, plain = (bench, before) if data is raw else prepared(data)
+    if seen.found and against is None and plain.misfit > WORTH * before.misfit:
+        seen = recorded
+        data, noise = _whitened(raw, seen, settling_s(model), leave_out)
+        bench, plain = prepared(data)
+    return Readings(recorded.training, recorded.proof, raw, before, data, bench, plain, (*seen.found, *noise))
 
 
 def _whitened(
@@ -85,9 +93,7 @@ def reread(readings: Readings, chain: Chain, explained: Sequence[str], leave_out
     The steps of the ADC are told here, where no effect tells of them.
     """
     noise = tuple(b for b in readings.found if b.id == ColouredNoise.id)
-    found: tuple[Blemish, ...] = ()
-    if len(noise) < len(readings.found):
-        found = mended(chain, readings.traces, readings.hold_out, readings.data.noise.rms_v, leave_out).found
+    found = mended(chain, readings.traces, readings.hold_out, readings.data.noise.rms_v, leave_out).found
     found = (*found, *noise)
     if "adc_quantisation" not in (*explained, *leave_out):
         found = (*found, *adc_steps([*readings.traces, *readings.hold_out], readings.data.noise.rms_v))

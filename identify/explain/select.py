@@ -83,8 +83,9 @@ class Bench:
         """Fit candidates side by side, a few iterations at a time; one that falls far behind is not fitted further."""
         found = [self.extended(base, promise) for promise in promises]
         for _ in range(LAPS):
-            best = min((h.chi2 for h in found), default=0.0)
-            reach = best + max(NEAR, FAR * (base.chi2 - best))
+            best = min(found, key=lambda h: h.chi2, default=base)
+            done = best.misfit < NOISE_KNOWN  # nothing can be much better than the noise
+            reach = best.chi2 + max(NEAR, 0.0 if done else FAR * (base.chi2 - best.chi2))
             lap = [h if h.fit.converged or h.chi2 > reach else self.continued(h) for h in found]
             if all(new.chi2 > old.chi2 - VISIBLE for new, old in zip(lap, found, strict=True)):
                 return lap
