@@ -12,13 +12,14 @@ from identify.trace import Array
 if TYPE_CHECKING:
     from identify.evidence import Evidence
 
-N_VT = Parameter("diode_clamp.n_vt", "V", "log", within=3.0, label="n V_T")  # without a width it would be a rail
+N_VT = Parameter("diode_clamp.n_vt", "V", "log", label="n V_T")
 KNEE = Parameter("diode_clamp.knee", "V", "log")
 SLOPE = Parameter("diode_clamp.slope", "V/V", scale=0.1)
 SAME = "only larger levels, where the shapes part: a law right behind F and borders bent alike are the same data"
 KNEES = np.geomspace(0.02, 3.0, 36)  # of the range of w on the side of the diode: only its first current may be seen
 SOFTNESS = np.geomspace(0.003, 0.5, 14)  # n V_T over the knee: 26 mV in 0.6 V, or a diode hardly more than bent
 SLOPES = (0.03, 0.1, 0.3)
+SHARPEST = 0.003  # n V_T over the knee: 26 mV in 9 V; what is sharper is a rail, not a diode
 
 
 @final
@@ -72,7 +73,7 @@ class DiodeClamp(Effect):
 
     def law(self, w: Array, knee: float, n_vt: float, slope: float = 0.0) -> Array:
         """Return the level behind the diode, V."""
-        x = np.empty_like(w)
+        x, n_vt = np.empty_like(w), max(n_vt, SHARPEST * knee)
         kernels.clamped(knee / n_vt, self.side != "lower", self.side != "upper", w / n_vt, x)
         return np.asarray((1.0 - slope) * n_vt * x + slope * w)
 
