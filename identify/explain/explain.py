@@ -65,7 +65,9 @@ def _explained(
     before, after = {b.id for b in readings.found}, {b.id for b in told.found} - {"adc_quantisation"}
     if before - after:  # what only the plain model showed in the readings is none of theirs: it is not looked for
         return _explained(model, traces, hold_out, note, (*leave_out, *(before - after)), against)
-    if after - before and against is None:  # what the mismatch had hidden: all is explained once more without it
+    if after - before and kept.beyond.significant:  # what is unexplained looks like blemishes, too
+        told = replace(told, found=tuple(b for b in told.found if b.id in before))
+    elif after - before and against is None:  # what the mismatch had hidden: all is explained once more without it
         return _explained(model, traces, hold_out, note, leave_out, improved)
     note("done", 1.0)
     return Answer(model, data, bench, plain, kept, rounds, dropped, told, seen).explanation()

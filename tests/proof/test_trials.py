@@ -97,6 +97,7 @@ def test_without_its_effect_in_the_catalogue_physics_ends_unnamed(kind: str) -> 
     (truth,) = case.expected
     found = told(case, truth.id)
     assert found.verdict == "unexplained"
-    assert [f.id for f in found.effects] == ["unnamed"]
+    shown = [f.id for f in found.effects]  # the corner of a rail is sharper than a free-form map: it may prove none
+    assert shown == ["unnamed"] or (kind == "saturation" and shown == [])
     assert found.location is not None
     assert truth.stage in (found.location.stage, *found.location.alternatives)
