@@ -66,7 +66,7 @@ def _explained(
     if before - after:  # what only the plain model showed in the readings is none of theirs: it is not looked for
         return _explained(model, traces, hold_out, note, (*leave_out, *(before - after)), against)
     if after - before and kept.beyond.significant:  # what is unexplained looks like blemishes, too
-        told = replace(told, found=tuple(b for b in told.found if b.id in before))
+        told = replace(told, found=tuple(b for b in told.found if b.id not in after - before))
     elif after - before and against is None:  # what the mismatch had hidden: all is explained once more without it
         return _explained(model, traces, hold_out, note, leave_out, improved)
     note("done", 1.0)
