@@ -7,14 +7,12 @@ goes on where it stopped.
 """
 
 import argparse
-import json
 import tempfile
 import time
 import traceback
 from collections import Counter
-from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -30,6 +28,7 @@ from tests.proof.bench import Run, record
 from tests.proof.device import stand
 from tests.proof.seal import sealed
 from tests.proof.standard import SOURCE_V
+from tests.proof.study import answered, append, worked
 from tests.proof.trial import Key, Trial, drawn, plan
 from tests.trials import model_of
 
@@ -43,12 +42,12 @@ def main(words: list[str] | None = None) -> None:
     effects = known_effects()
     asked = effects & frozenset(wanted.effect) if wanted.effect else effects
     keys = list(islice(plan(wanted.seed, ["single"], asked), wanted.cases))
-    done = answered(wanted.out)
+    done = answered(wanted.out, "outcome")
     todo = [key for key in keys if key.text not in done]
     print(f"{len(keys)} cases, {len(keys) - len(todo)} of them answered before, into {wanted.out}", flush=True)
-    for line in lines(todo, wanted):
+    for line in worked(partial(tried, out=wanted.out), todo, wanted.jobs):
         print(line, flush=True)
-    done = answered(wanted.out)
+    done = answered(wanted.out, "outcome")
     print(summary([done[key.text] for key in keys if key.text in done]))
 
 
@@ -63,34 +62,11 @@ def arguments(words: list[str] | None = None) -> argparse.Namespace:
     return parser.parse_args(words)
 
 
-def lines(todo: list[Key], wanted: argparse.Namespace) -> Iterator[str]:
-    """Try the cases, several at a time if asked, and yield each in one line as it ends."""
-    if wanted.jobs == 1:
-        yield from (tried(key, wanted.out) for key in todo)
-        return
-    with ProcessPoolExecutor(wanted.jobs) as pool:
-        running = [pool.submit(tried, key, wanted.out) for key in todo]
-        yield from (case.result() for case in as_completed(running))
-
-
-def answered(out: Path) -> dict[str, dict[str, Any]]:
-    """Return the answered cases of a file by key; a line that was cut is skipped."""
-    found = {}
-    for line in out.read_text(encoding="utf-8").splitlines() if out.exists() else ():
-        try:
-            entry = json.loads(line)
-        except json.JSONDecodeError:
-            continue
-        if "outcome" in entry:
-            found[entry["case"]] = entry
-    return found
-
-
 def tried(key: Key, out: Path) -> str:
     """Draw, seal, ask and open one case; return it in one line."""
     trial = limited(drawn(key))
     truth = sealed(trial)
-    append(out, {"case": key.text, "seal": truth.seal})
+    append(out, {"trial": key.text, "seal": truth.seal})
     began = time.process_time()
     try:
         reply = followed(trial)
@@ -98,7 +74,7 @@ def tried(key: Key, out: Path) -> str:
         reply = {"failure": traceback.format_exc(limit=-4)}
     reply["processor_s"] = round(time.process_time() - began, 1)
     (true,) = trial.expected
-    entry = {"case": key.text, "seal": truth.seal, "salt": truth.salt, "truth": truth.text, **reply}
+    entry = {"trial": key.text, "seal": truth.seal, "salt": truth.salt, "truth": truth.text, **reply}
     entry["outcome"] = outcome((true.id, true.stage), reply, exact_twins().get(true.id, ()))
     append(out, entry)
     sets = f"{said(reply.get('first'))} -> {said(reply.get('last'))}"
@@ -188,14 +164,8 @@ def summary(cases: list[dict[str, Any]]) -> str:
     return "\n".join([
         f"cases {len(cases)}: {', '.join(counted)}",
         f"undecided sets with the truth in them that shrank to it, or to it and what equals it exactly: {share}",
-        *(f"  {c['outcome']}: {c['case']} {said(c.get('first'))} -> {said(c.get('last'))}" for c in failed),
+        *(f"  {c['outcome']}: {c['trial']} {said(c.get('first'))} -> {said(c.get('last'))}" for c in failed),
     ])  # fmt: skip
-
-
-def append(out: Path, entry: dict[str, Any]) -> None:
-    """Write one line at once, so that processes that share the file do not cut into each other's."""
-    with out.open("ab", buffering=0) as file:
-        file.write(json.dumps(entry).encode() + b"\n")
 
 
 if __name__ == "__main__":

@@ -33,7 +33,7 @@ def test_an_end_is_told_from_the_sets_alone(first: list[Any], last: list[Any], e
 
 def test_what_shrank_is_counted_among_what_was_open_with_the_truth_in_it() -> None:
     ends = ["decided", "decided", "inseparable", "undecided", "decided wrongly", "missed", "decided at once"]
-    text = summary([{"outcome": end, "case": str(k), "first": [[POLE]], "last": []} for k, end in enumerate(ends)])
+    text = summary([{"outcome": end, "trial": str(k), "first": [[POLE]], "last": []} for k, end in enumerate(ends)])
     assert "shrank to it, or to it and what equals it exactly: 3 of 5 (60 %)" in text
     assert text.count("\n  ") == 2
     assert outcome(TRUE, {"failure": "Traceback"}, ()) == "failure"
