@@ -53,24 +53,39 @@ def read(
     """
     raw = split(model, traces, hold_out)
     bench, before = prepared(raw)
-    seen = recorded = Mended(tuple(traces), tuple(hold_out), ())
+    recorded = Mended(tuple(traces), tuple(hold_out), ())
+
+    def undone(seen: Mended) -> Readings:
+        data = split(model, seen.training, seen.proof) if seen.found else raw
+        data, noise = _whitened(data, seen, settling_s(model), leave_out)
+        again = (bench, before) if data is raw else prepared(data)
+        return Readings(recorded.training, recorded.proof, raw, before, data, *again, (*seen.found, *noise))
+
     if against is not None:
-        seen = mended(against, traces, hold_out, raw.noise.rms_v, leave_out)
-    rough = mended(before.fit.chain, traces, hold_out, raw.noise.rms_v, leave_out, rough=True)
-    for _ in range(LOOKS if against is None else 0):
+        return undone(mended(against, traces, hold_out, raw.noise.rms_v, leave_out))
+    seen = _looked(before.fit.chain, recorded, raw.noise.rms_v, leave_out, lambda m: _fitted(model, m, prepared))
+    found = undone(seen)
+    return undone(recorded) if seen.found and found.plain.misfit > WORTH * before.misfit else found
+
+
+def _fitted(model: Model, seen: Mended, prepared: Prepared) -> Chain:
+    """Return the plain chain fitted to recordings whose blemishes are undone."""
+    return prepared(split(model, seen.training, seen.proof))[1].fit.chain
+
+
+def _looked(
+    chain: Chain, recorded: Mended, noise_v: float, leave_out: Sequence[str], fitted: Callable[[Mended], Chain]
+) -> Mended:
+    """Return what close looks show beside a plain chain that is ``fitted`` again without what the rough ones show."""
+    runs, seen = (recorded.training, recorded.proof), recorded
+    rough = mended(chain, *runs, noise_v, leave_out, rough=True)
+    for _ in range(LOOKS):
         if not rough.found or seen.found:
             break
-        better = prepared(split(model, rough.training, rough.proof))[1].fit.chain
-        seen = mended(better, traces, hold_out, raw.noise.rms_v, leave_out)
-        rough = mended(better, traces, hold_out, raw.noise.rms_v, leave_out, rough=True)
-    data = split(model, seen.training, seen.proof) if seen.found else raw
-    data, noise = _whitened(data, seen, settling_s(model), leave_out)
-    bench, plain = (bench, before) if data is raw else prepared(data)
-    if seen.found and against is None and plain.misfit > WORTH * before.misfit:
-        seen = recorded
-        data, noise = _whitened(raw, seen, settling_s(model), leave_out)
-        bench, plain = prepared(data)
-    return Readings(recorded.training, recorded.proof, raw, before, data, bench, plain, (*seen.found, *noise))
+        chain = fitted(rough)
+        seen = mended(chain, *runs, noise_v, leave_out)
+        rough = mended(chain, *runs, noise_v, leave_out, rough=True)
+    return seen
 
 
 def _whitened(
