@@ -4,8 +4,9 @@ from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 
-from identify.effects.effect import Confusion, Effect
-from identify.stage import Grid, Parameter, Place, Run, Shape, Values, memoryless
+from identify.effects.effect import Confusion
+from identify.effects.limit import Limit
+from identify.stage import Parameter, Place
 from identify.trace import Array
 
 if TYPE_CHECKING:
@@ -13,13 +14,12 @@ if TYPE_CHECKING:
 
 UPPER = Parameter("adc_clipping.upper", "V")
 LOWER = Parameter("adc_clipping.lower", "V")
-SIDES = {"both": (UPPER, LOWER), "upper": (UPPER,), "lower": (LOWER,)}
 DEPTHS = np.geomspace(2e-4, 0.5, 40)  # of the range of the answer, at which a limit is looked for
 TRIED = 4  # levels on a side that are simulated, of all that the readings were compared with
 
 
 @final
-class AdcClipping(Effect):
+class AdcClipping(Limit):
     """The reading limited to [lower, upper]."""
 
     id = "adc_clipping"
@@ -33,9 +33,7 @@ class AdcClipping(Effect):
     fingerprint = "flat at a fixed y"
     places = (Place.SENSE,)
     elsewhere = (Place.F,)
-    forms = tuple(SIDES)
     declared = (UPPER, LOWER)
-    absent: ClassVar = {"upper": float("inf"), "lower": float("-inf")}
     confused_with = (
         Confusion(
             "saturation",
@@ -44,16 +42,6 @@ class AdcClipping(Effect):
         Confusion("input_clipping", "a loopback cable from DAC to ADC: it shows which of the two ranges ends"),
     )
     example: ClassVar = {"upper": 9.1, "lower": -9.9}
-
-    def parameters(self) -> tuple[Parameter, ...]:
-        """Return the limits the form has."""
-        return SIDES[self.form]
-
-    def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
-        """Return the limit at work."""
-        upper = values[0] if self.form != "lower" else float("inf")
-        lower = values[-1] if self.form != "upper" else float("-inf")
-        return memoryless(lambda y: np.clip(y, lower, upper), shape)
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the limits that explain most, one side after the other.

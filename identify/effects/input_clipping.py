@@ -2,10 +2,9 @@
 
 from typing import TYPE_CHECKING, ClassVar, final
 
-import numpy as np
-
-from identify.effects.effect import Confusion, Effect
-from identify.stage import Grid, Parameter, Place, Run, Shape, Values, memoryless
+from identify.effects.effect import Confusion
+from identify.effects.limit import Limit
+from identify.stage import Parameter, Place
 
 if TYPE_CHECKING:
     from identify.evidence import Evidence
@@ -18,7 +17,7 @@ APART = (0.05, 0.3, 0.6, 1.6, 3.0)  # times the same depth on both sides, one si
 
 
 @final
-class InputClipping(Effect):
+class InputClipping(Limit):
     """u limited to [lower, upper]: the range of the DAC, the rails of the amplifier behind it."""
 
     id = "input_clipping"
@@ -31,25 +30,13 @@ class InputClipping(Effect):
     axis = "level of u"
     fingerprint = "nothing changes above a level of u"
     places = (Place.SOURCE,)
-    forms = ("both", "upper", "lower")
     declared = (UPPER, LOWER)
-    absent: ClassVar = {"upper": float("inf"), "lower": float("-inf")}
     confused_with = (
         Confusion("saturation", "a slow and a fast sine of the same u: what reaches rails at w, G1 lets pass or not"),
         Confusion("source_nonlinearity", "a staircase of small steps up to the top: a clip leaves low levels alone"),
         Confusion("adc_clipping", "a fast sine of the same u: a clipped reading is flat, a clipped source is rounded"),
     )  # fmt: skip
     example: ClassVar = {"upper": 2.7, "lower": -2.6}
-
-    def parameters(self) -> tuple[Parameter, ...]:
-        """Return the limits the form has."""
-        return {"both": (UPPER, LOWER), "upper": (UPPER,), "lower": (LOWER,)}[self.form]
-
-    def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
-        """Return the clip at work."""
-        upper = values[0] if self.form != "lower" else float("inf")
-        lower = values[-1] if self.form != "upper" else float("-inf")
-        return memoryless(lambda u: np.clip(u, lower, upper), shape)
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the limits, tried at levels inside the range of u, that explain most.

@@ -5,8 +5,9 @@ from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 
-from identify.effects.effect import Confusion, Effect
-from identify.stage import Grid, Parameter, Place, Run, Shape, Values, memoryless
+from identify.effects.effect import Confusion
+from identify.effects.limit import Limit
+from identify.stage import Parameter, Place
 from identify.trace import Array
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ DEPTHS = np.geomspace(3e-4, 0.7, 24)  # of the range of w, cut off: a rail may o
 
 
 @final
-class Saturation(Effect):
+class Saturation(Limit):
     """w limited to [lower, upper] behind the play operator; a clip and a play commute (physics.md 4)."""
 
     id = "saturation"
@@ -29,9 +30,7 @@ class Saturation(Effect):
     fingerprint = "flat at a fixed w, at any frequency"
     places = (Place.F,)
     elsewhere = (Place.SENSE,)
-    forms = ("both", "upper", "lower")
     declared = (UPPER, LOWER)
-    absent: ClassVar = {"upper": float("inf"), "lower": float("-inf")}
     confused_with = (
         Confusion(
             "adc_clipping",
@@ -40,16 +39,6 @@ class Saturation(Effect):
         Confusion("soft_saturation", "a staircase with small steps just below the level"),
     )
     example: ClassVar = {"upper": 9.7, "lower": -10.4}
-
-    def parameters(self) -> tuple[Parameter, ...]:
-        """Return the limits the form has."""
-        return {"both": (UPPER, LOWER), "upper": (UPPER,), "lower": (LOWER,)}[self.form]
-
-    def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
-        """Return the clip at work."""
-        upper = values[0] if self.form != "lower" else float("inf")
-        lower = values[-1] if self.form != "upper" else float("-inf")
-        return memoryless(lambda w: np.clip(w, lower, upper), shape)
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the limits, tried at levels inside the range of w, that explain most; one side after the other."""
