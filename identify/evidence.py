@@ -32,14 +32,22 @@ SUBSTEPS = 1  # candidates are compared on the samples' own grid: the comparison
 class Evidence:
     """The residual of a fitted chain on its training data, and what any change of the chain would leave of it."""
 
-    def __init__(self, fitted: Fit, observations: Sequence[Observation]) -> None:
-        """Take a fit and the observations it was made on; nothing is computed yet."""
+    def __init__(self, fitted: Fit, observations: Sequence[Observation], fine: "Evidence | None" = None) -> None:
+        """Take a fit and the observations it was made on; nothing is computed yet.
+
+        ``fine`` is the same of all samples, where ``observations`` are fewer (identify.thinning).
+        """
         self.fitted = fitted
         self.chain = fitted.chain
         self.observations = tuple(observations)
+        self.fine = fine or self
         self.sample_s = 1.0 / observations[0].trace.rate_hz
         self._seen: dict[tuple[object, ...], tuple[float, float]] = {}
         self._levels: dict[Place, Levels] = {}
+
+    def seen_by(self, effect: Effect) -> "Evidence":
+        """Return the evidence an effect is judged on: of all samples where its law differs from one to the next."""
+        return self.fine if effect.quick else self
 
     def range(self, place: Place) -> tuple[float, float]:
         """Return the lowest and highest level of the signal behind a place, V, over all runs."""
@@ -286,8 +294,9 @@ def candidates(evidence: Evidence, kinds: Sequence[type[Effect]]) -> list[Candid
     for kind in kinds:
         for effect in kind.variants():
             if effect.applicable(evidence.chain):
-                starts = evidence_starts(evidence, effect)
-                found += [Candidate(effect, values, evidence.merit(effect, values)) for values in starts]
+                seen = evidence.seen_by(effect)
+                starts = evidence_starts(seen, effect)
+                found += [Candidate(effect, values, seen.merit(effect, values)) for values in starts]
     return sorted((c for c in found if np.isfinite(c.gain)), key=lambda c: -c.gain)
 
 

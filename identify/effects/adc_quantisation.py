@@ -31,6 +31,7 @@ class AdcQuantisation(Effect):
     )
     axis = "level of y"
     fingerprint = "residual on a grid"
+    quick = True
     places = (Place.SENSE,)
     declared = (LSB, NOISE)
     absent: ClassVar = {"LSB": 0.0, "noise": 1.0}

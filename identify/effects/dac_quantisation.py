@@ -36,6 +36,7 @@ class DacQuantisation(Effect):
     )
     axis = "level of u"
     fingerprint = "steps in v, images at the update rate"
+    quick = True
     places = (Place.SOURCE,)
     declared = (LSB,)
     absent: ClassVar = {"lsb": 0.0}

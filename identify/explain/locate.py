@@ -138,7 +138,7 @@ def scores(base: Hypothesis, fitted: Sequence[Hypothesis], prices: Sequence[floa
 def suspects(evidence: Evidence) -> list[Suspect]:
     """Return every correction with its promise to first order, the likeliest first."""
     found = [_placed(suspect(evidence, correction)) for correction in corrections(evidence)]
-    found += [Suspect(one, np.ones(squares.size), squares, values) for one, squares, values in wandering(evidence)]
+    found += [Suspect(one, np.ones(squares.size), squares, values) for one, squares, values in wandering(evidence.fine)]
     noise = unexplained(evidence, found)
     return sorted(found, key=lambda s: -s.worth(noise)[0])
 
@@ -200,7 +200,7 @@ def _placed(found: Suspect) -> Suspect:
 
 def located(bench: Bench, base: Hypothesis) -> Located:
     """Fit the corrections that promise most on top of a hypothesis, the best of each of several places."""
-    evidence = Evidence(base.fit, bench.observations)
+    evidence = bench.evidence(base)
     ranked = suspects(evidence)
     p_value = min(min((len(ranked) * s.p_value for s in ranked), default=1.0), 1.0)
     if p_value >= LEVEL:

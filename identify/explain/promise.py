@@ -40,6 +40,7 @@ class Promise:
 
 def promised(evidence: Evidence, candidate: Candidate) -> Promise:
     """Return a candidate at the values that gain most to first order in the plain parameters."""
+    evidence = evidence.seen_by(candidate.effect)
     chain = candidate.effect.put_in(evidence.chain, candidate.values)
     change = evidence.change(chain)
     gain = evidence.gained(change)

@@ -17,6 +17,7 @@ from identify.explain.promise import Promise, promised
 from identify.fit import VISIBLE, chi_squared, fit
 from identify.observe import Observation, refined
 from identify.phases import scanned
+from identify.thinning import thinned
 
 MOST_EFFECTS = 4
 LOOKED_AT = 16  # candidates whose own parameters are fitted to first order
@@ -65,6 +66,12 @@ class Bench:
         known = {k: v for k, v in values.items() if k.partition("[")[0] in chain.values}
         return chain.with_values(known)
 
+    def evidence(self, base: Hypothesis) -> Evidence:
+        """Return what the residual of a hypothesis tells, of as few samples as tell all of it."""
+        fewer = thinned(base.fit, self.observations)
+        every = Evidence(base.fit, self.observations)
+        return every if fewer == self.observations else Evidence(base.fit, fewer, every)
+
     def refined(self, chain: Chain) -> "Bench":
         """Return the bench with grids fine enough for ``chain``."""
         finer = tuple(refined(o, chain) for o in self.observations)
@@ -72,7 +79,7 @@ class Bench:
 
     def round(self, base: Hypothesis) -> "Round":
         """Screen all effects on the residual of ``base`` and fit those that promise most."""
-        evidence = Evidence(base.fit, self.observations)
+        evidence = self.evidence(base)
         screened = candidates(evidence, self.kinds)
         runs = len(self.observations)
         hopes = [promised(evidence, c) for c in hopeful(screened, runs)]

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-from identify.evidence import Evidence
 from identify.explain.locate import suspects
 from identify.explain.select import NOISE_KNOWN, Bench, Hypothesis
 from identify.interval import number
@@ -32,7 +31,7 @@ class StageShare:
 
 def surveyed(bench: Bench, plain: Hypothesis) -> tuple[StageShare, ...]:
     """Return what each stage could explain of the plain model's misfit, in the order of the signal."""
-    ranked = suspects(Evidence(plain.fit, bench.observations))
+    ranked = suspects(bench.evidence(plain))
     beyond = max(plain.chi2 - plain.count, NOISE_KNOWN * plain.count)
     found = {}
     for s in ranked:

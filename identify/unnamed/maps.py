@@ -1,8 +1,10 @@
 """Which free-form laws act on a level, a rate or the clock?"""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from identify import kernels
@@ -21,10 +23,16 @@ def spline(knots: tuple[float, ...], values: Array) -> Array:
 
     The last row is the straight line that goes on beyond the last knot.
     """
-    curve = CubicSpline(knots, values, bc_type="natural")
-    rows = np.zeros((len(knots), 4))
-    rows[:-1] = curve.c[::-1].T
-    rows[-1, :2] = values[-1], curve(knots[-1], 1)
+    return np.asarray(np.tensordot(_cardinal(knots), values, axes=1))
+
+
+@lru_cache(maxsize=64)
+def _cardinal(knots: tuple[float, ...]) -> NDArray[np.float64]:
+    """Return the rows of the splines that are one at a single knot, shape (K, 4, K): a spline is a sum of these."""
+    curve = CubicSpline(knots, np.eye(len(knots)), bc_type="natural")
+    rows = np.zeros((len(knots), 4, len(knots)))
+    rows[:-1] = np.moveaxis(curve.c[::-1], 1, 0)
+    rows[-1, :2] = np.eye(len(knots))[-1], curve(knots[-1], 1)
     return rows
 
 

@@ -1,0 +1,111 @@
+"""How few samples tell the same about a mismatch, once a chain is fitted?
+
+Recordings are often sampled far faster than anything in them moves. What is screened for missing physics is then the
+mean residual of every few samples, of an answer simulated on as many fewer instants.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.chain import Chain, simulate
+from identify.derivatives.sensitivities import sensitivities
+from identify.fit import Fit
+from identify.observe import Observation
+from identify.trace import Array, Mask, Trace
+
+Matrix = NDArray[np.float64]
+FACTORS = (9, 7, 5, 3)  # odd: the mean of as many samples belongs to the instant of the middle one
+KEPT = 0.99  # share of the square of all that is compared which the means must keep
+TOLD = 3.0  # standard deviations of the noise's own square: a loss below it is chance
+LEAST = 20_000  # means: with fewer nothing is slow
+
+
+def thinned(fit: Fit, observations: Sequence[Observation]) -> tuple[Observation, ...]:
+    """Return runs of fewer samples with the same residual of a fit, or the runs themselves where that loses something.
+
+    The means must hold what the samples do of every fitted parameter's slope, and of the mismatch.
+    """
+    count = sum(o.count for o in observations)
+    factors = [m for m in FACTORS if count >= m * LEAST]
+    if not factors or any(not o.colour.white or o.trace.intersample == "bandlimited" for o in observations):
+        return tuple(observations)
+    runs = [_Run(o, o.residual(fit.chain), _slopes(fit, o)) for o in observations]
+    enough = next((m for m in factors if _nothing_is_lost(runs, m)), 1)
+    return tuple(observations) if enough == 1 else tuple(run.thinned(fit.chain, enough) for run in runs)
+
+
+def _slopes(fit: Fit, observation: Observation) -> Matrix:
+    """Return the change of the answer per search coordinate in units of the noise, zero where no sample counts."""
+    scales = {c.name: c.slope(float(t)) for c, t in zip(fit.coordinates, fit.theta, strict=True)}
+    rows = np.zeros((len(scales), observation.trace.size))
+    if scales:
+        rows[:, observation.use] = sensitivities(fit.chain, scales, replace(observation, substeps=1)).slopes()
+    return rows
+
+
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """A run with the residual of a fit, V, shape (N,), and the slopes of the answer, per noise, shape (p, N)."""
+
+    observation: Observation
+    residual: Array
+    slopes: Matrix
+
+    def means(self, rows: Matrix, m: int) -> Matrix:
+        """Return the means of ``m`` samples around every instant m, 2m ..., shape (..., groups)."""
+        groups = (rows.shape[-1] - 1 - m // 2) // m
+        first = m - m // 2
+        return np.asarray(rows[..., first : first + groups * m].reshape(*rows.shape[:-1], groups, m).mean(axis=-1))
+
+    def whole(self, m: int) -> Mask:
+        """Return the means of whose samples all count."""
+        return np.asarray(self.means(self.observation.use.astype(np.float64), m) == 1.0)
+
+    def squares(self, m: int) -> tuple[Matrix, Array, int, int]:
+        """Return the squares of the slopes and of the residual per noise, of samples and of means, and their counts.
+
+        A mean of m samples has the m-th part of their variance as its noise.
+        """
+        whole = self.whole(m)
+        each = np.zeros(self.residual.size, dtype=np.bool_)
+        each[m - m // 2 : m - m // 2 + m * whole.size] = np.repeat(whole, m)
+        rows = np.vstack((self.slopes, self.residual / self.observation.noise_v))
+        before = np.sum(np.square(rows), axis=1, where=each)
+        after = m * np.sum(np.square(self.means(rows, m)), axis=1, where=whole)
+        return before, after, int(each.sum()), int(whole.sum())
+
+    def thinned(self, chain: Chain, m: int) -> Observation:
+        """Return the run at every m-th instant, its readings the answer there and the mean residual around it."""
+        o = self.observation
+        trace = _fewer(o.trace, m, _source(o.trace, m))
+        residual = np.concatenate((np.zeros(1), self.means(self.residual, m)))
+        use = np.concatenate((np.zeros(1, np.bool_), self.whole(m)))
+        return Observation(replace(trace, y=simulate(chain, trace) + residual), use, o.noise_v / float(np.sqrt(m)))
+
+
+def _nothing_is_lost(runs: Sequence[_Run], m: int) -> bool:
+    """Return whether means of ``m`` samples keep the squares of all slopes, and of the residual beyond the noise."""
+    befores, afters, counts, fewers = zip(*(run.squares(m) for run in runs), strict=True)
+    before, after, count, fewer = np.sum(befores, axis=0), np.sum(afters, axis=0), sum(counts), sum(fewers)
+    if not fewer or np.any(after[:-1] < KEPT * before[:-1]):
+        return False
+    beyond, left = float(before[-1]) - count, float(after[-1]) - fewer
+    return bool(beyond - left <= (1.0 - KEPT) * max(beyond, 0.0) + TOLD * np.sqrt(2.0 * count))
+
+
+def _source(trace: Trace, m: int) -> Array:
+    """Return what the source gives between every m-th instant and the next, V: held the mean of it, else at it."""
+    u, groups = trace.u[:], 1 + (trace.size - 1 - m // 2) // m
+    if trace.intersample != "held":
+        return np.asarray(u[: groups * m : m])
+    held = np.concatenate((u, np.full(m, u[-1])))[: groups * m].reshape(groups, m)
+    return np.asarray(np.where(np.ptp(held, axis=1) == 0.0, held[:, 0], held.mean(axis=1)))
+
+
+def _fewer(trace: Trace, m: int, u: Array) -> Trace:
+    """Return a run at every m-th instant; what was read is another's to say."""
+    steps = tuple(replace(s, start=-(-s.start // m), stop=-(-s.stop // m)) for s in trace.steps)
+    return replace(trace, rate_hz=trace.rate_hz / m, u=u, y=np.zeros(u.size), steps=steps, valid=None)

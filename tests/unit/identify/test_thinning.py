@@ -1,0 +1,77 @@
+"""Do fewer samples tell the same of a mismatch, and are they refused where they would not?"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identify.chain import plain_chain
+from identify.colour import Colour
+from identify.effects import catalogue
+from identify.evidence import Evidence
+from identify.fit import fit
+from identify.stage import Place
+from identify.thinning import thinned
+from tests.proof.cases import Concealed
+from tests.proof.rigs import OP_AMP
+from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
+from tests.trials import model_of, observed, recorded
+
+NOISE_V = 0.01
+PLAYED = (staircase("stairs", FIG13_LEVELS_V, 0.12, 2), sine("sine", 31.25, 8.0, 25, 1))
+CONCEALED = (
+    ("offset_drift", Place.SENSE, Concealed("offset_drift", {"rate": 0.005}), {"rate": 0.005}),
+    ("dead_time", Place.G2, Concealed("dead_time", {"delay": 200e-6}), {"delay": 200e-6}),
+    ("saturation", Place.F, Concealed("saturation", {"upper": 17.9, "lower": -17.9}), {"upper": 17.9, "lower": -17.9}),
+    ("feedthrough", Place.SENSE, Concealed("feedthrough", {"k": 1e-3}), {"k": 1e-3}),
+    ("extra_pole", Place.G2, Concealed("extra_pole in G2", {"tau": 1e-4}), {"tau": 1e-4}),
+)
+
+
+def evidences(*physics):
+    """Return what all samples of a fitted recording tell, and what fewer do."""
+    traces = [recorded(OP_AMP, s, physics, NOISE_V, seed=3, start_s=9.0 * i) for i, s in enumerate(PLAYED)]
+    seen = [observed(trace, NOISE_V, 8) for trace in traces]
+    plain = fit(plain_chain(model_of(OP_AMP)), seen)
+    return Evidence(plain, seen), Evidence(plain, thinned(plain, seen))
+
+
+@pytest.mark.parametrize(("name", "place", "concealed", "values"), CONCEALED, ids=[c[0] for c in CONCEALED])
+def test_fewer_samples_promise_the_same_gain(name, place, concealed, values):
+    every, fewer = evidences(concealed)
+    effect = catalogue()[name](place, catalogue()[name].forms[0])
+    assert len(fewer.residual) < 0.4 * len(every.residual)
+    assert every.gain(effect, values) > 100.0
+    assert fewer.gain(effect, values) == pytest.approx(every.gain(effect, values), rel=0.05)
+
+
+def test_means_keep_the_noise_of_a_sample():
+    _, fewer = evidences()
+    count = len(fewer.residual)
+    assert float(fewer.residual @ fewer.residual) == pytest.approx(count, abs=4.0 * np.sqrt(2.0 * count))
+
+
+def test_a_mean_counts_where_all_its_samples_do():
+    every, fewer = evidences()
+    holes = [replace(o, use=o.use & (np.arange(o.use.size) % 1000 != 7)) for o in every.observations]
+    whole = thinned(every.fitted, holes)
+    factor = round(every.observations[0].trace.rate_hz / whole[0].trace.rate_hz)
+    lost = sum(int(np.sum(~o.use)) for o in holes)
+    assert factor > 1
+    counted, instead = (sum(o.count for o in some) for some in (fewer.observations, whole))
+    assert instead == counted - lost
+
+
+def test_a_mismatch_that_differs_from_sample_to_sample_is_looked_at_in_every_sample():
+    every, _ = evidences()
+    buzz = [
+        replace(o, trace=replace(o.trace, y=o.trace.y + 0.02 * (-1.0) ** np.arange(o.trace.size)))
+        for o in every.observations
+    ]
+    assert thinned(every.fitted, buzz) == tuple(buzz)
+
+
+def test_coloured_noise_is_looked_at_in_every_sample():
+    every, _ = evidences()
+    coloured = [replace(o, colour=Colour((0.5,))) for o in every.observations]
+    assert thinned(every.fitted, coloured) == tuple(coloured)
