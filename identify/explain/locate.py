@@ -45,13 +45,15 @@ TEMPER = 0.05  # of a log likelihood: corrections are families near the truth, n
 class Suspect:
     """A correction to first order: eigenvalues of its weights' information, and the square the data give each.
 
-    ``values`` are all that solves the linear problem, weights and plain parameters, by full name.
+    ``values`` are all that solves the linear problem, weights and plain parameters, by full name. ``looks`` is among
+    how many like it this one was chosen for what it shows.
     """
 
     correction: Correction
     information: Array
     squares: Array
     values: Mapping[str, float]
+    looks: int = 1
 
     @cached_property
     def gain(self) -> float:
@@ -61,7 +63,8 @@ class Suspect:
     @property
     def p_value(self) -> float:
         """Return the probability of such a gain from noise alone."""
-        return float(chi2_distribution.sf(max(self.gain, 0.0), max(self.squares.size, 1)))
+        once = float(chi2_distribution.sf(max(self.gain, 0.0), max(self.squares.size, 1)))
+        return min(self.looks * once, 1.0)
 
     def worth(self, noise: float) -> tuple[float, float]:
         """Return the log of the likelihood ratio to no correction, and the price of the weights that is in it.
@@ -71,7 +74,7 @@ class Suspect:
         if not self.squares.size:
             return 0.0, 0.0
         seen = WIDTHS[:, None] * self.information / float(np.max(self.information))
-        prices = 0.5 * np.sum(np.log1p(seen), axis=1)
+        prices = 0.5 * np.sum(np.log1p(seen), axis=1) + np.log(self.looks)
         worth = 0.5 * np.sum(self.squares / noise * seen / (1.0 + seen), axis=1) - prices
         best = int(np.argmax(worth))
         return float(worth[best]), float(prices[best])
@@ -163,7 +166,8 @@ def suspect(evidence: Evidence, correction: Correction) -> Suspect:
     weights = vectors[:, seen] @ (pulls / values[seen])
     moved = _moved(evidence, evidence.residual - weights @ columns)
     solved = {**moved, **dict(zip(names, weights.tolist(), strict=True))}
-    return Suspect(correction, values[seen], pulls**2 / values[seen], solved)
+    looks = sum(o.trace.size for o in evidence.observations) // 2 if correction.searched else 1
+    return Suspect(correction, values[seen], pulls**2 / values[seen], solved, looks)
 
 
 def _moved(evidence: Evidence, residual: Array) -> dict[str, float]:

@@ -36,6 +36,7 @@ class Correction(Stage):
     curved: ClassVar[bool] = True  # whether weights against knots draw its shape
     least: ClassVar[int] = 2  # knots
     even: ClassVar[bool] = False  # whether the knots must be evenly spaced
+    searched: ClassVar[bool] = False  # whether the knot is the one frequency of all at which most is seen
 
     @property
     @abstractmethod

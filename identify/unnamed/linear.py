@@ -127,6 +127,7 @@ class Line(Correction):
     weights = (("sine", "V"), ("cosine", "V"))
     places = (Place.SENSE, Place.G1)
     local = True
+    searched = True
     curved = False
     least = 1
 

@@ -23,6 +23,7 @@ class Ripple(Correction):
     weights = (("sine", "V/V"), ("cosine", "V/V"))
     places = (Place.SOURCE, Place.SENSE)
     local = True
+    searched = True
     curved = False
     least = 1
 
