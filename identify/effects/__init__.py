@@ -58,6 +58,13 @@ def effect_of(piece: Physics) -> Effect:
     return kind(place, form)
 
 
+def would_separate(name: str) -> dict[str, str]:
+    """Return the experiment that tells an effect from each that looks like it, whichever of the two says so."""
+    own = {c.id: c.would_separate for c in catalogue()[name].confused_with}
+    theirs = {k.id: c.would_separate for k in catalogue().values() for c in k.confused_with if c.id == name}
+    return own | {other: told for other, told in theirs.items() if other not in own}
+
+
 @dataclass(frozen=True)
 class Choices:
     """The words a model may choose among: stages and forms, the first of each where it does not say."""

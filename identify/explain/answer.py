@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from identify.chain import Chain, model_of
-from identify.effects import physics_in
+from identify.effects import physics_in, would_separate
 from identify.effects.effect import Effect, short
 from identify.explain.confirm import adapted, held_out_rms
 from identify.explain.explanation import (
@@ -119,11 +119,11 @@ class Answer:
         probability, others = odds(self.bench, self.better, effect, self.rounds, self.beyond)
         parameters = self.parameters(effect)
         values = listed([f"{name} {shown_interval(interval, unit)}" for name, (interval, unit) in parameters.items()])
-        separators = {c.id: c.would_separate for c in effect.confused_with}
-        first = next((separators[o.id] for o in others if o.id in separators), None)
+        told = would_separate(effect.id)
+        first = next((told[o.id] for o in others if o.id in told), None)
         return Finding(
             effect.id, effect.place.label, effect.form, probability, parameters, effect.equation,
-            effect.sentence.format(values), others, first or next(iter(separators.values()), None),
+            effect.sentence.format(values), others, first or next(iter(told.values()), None),
         )  # fmt: skip
 
     def parameters(self, effect: Effect) -> dict[str, tuple[Interval, str]]:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from identify.chain import Chain, as_promised, plain_chain, simulate
-from identify.effects import catalogue, physics_in, with_physics
+from identify.effects import catalogue, physics_in, with_physics, would_separate
 from identify.effects.effect import Effect, short
 from identify.evidence import Evidence, evidence_starts
 from identify.fit import Fit, fit
@@ -119,6 +119,9 @@ def test_confusions_name_physics_and_the_experiment_that_separates(kind: type[Ef
         assert confusion.id != kind.id
         assert len(confusion.would_separate.split()) >= 3
         assert not confusion.would_separate.endswith(".")
+        assert would_separate(kind.id)[confusion.id] == confusion.would_separate
+        if confusion.id in catalogue():  # whoever is asked
+            assert kind.id in would_separate(confusion.id)
 
 
 @every_kind
