@@ -58,11 +58,13 @@ def effect_of(piece: Physics) -> Effect:
     return kind(place, form)
 
 
-def would_separate(name: str) -> dict[str, str]:
-    """Return the experiment that tells an effect from each that looks like it, whichever of the two says so."""
-    own = {c.id: c.would_separate for c in catalogue()[name].confused_with}
-    theirs = {k.id: c.would_separate for k in catalogue().values() for c in k.confused_with if c.id == name}
-    return own | {other: told for other, told in theirs.items() if other not in own}
+def would_separate(name: str, stage: str, other: str, there: str) -> str:
+    """Return the experiment that tells two effects at their stages apart, whichever of them says so; empty for none."""
+    for one, here, two, at in ((name, stage, other, there), (other, there, name, stage)):
+        for c in catalogue()[one].confused_with if one in catalogue() else ():
+            if c.id == two and all(p is None or p.label == s for p, s in ((c.here, here), (c.there, at))):
+                return c.would_separate
+    return ""
 
 
 @dataclass(frozen=True)

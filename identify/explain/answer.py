@@ -119,11 +119,11 @@ class Answer:
         probability, others = odds(self.bench, self.better, effect, self.rounds, self.beyond)
         parameters = self.parameters(effect)
         values = listed([f"{name} {shown_interval(interval, unit)}" for name, (interval, unit) in parameters.items()])
-        told = would_separate(effect.id)
-        first = next((told[o.id] for o in others if o.id in told), None)
+        told = [would_separate(effect.id, effect.place.label, o.id, o.stage) for o in others]
+        told += [c.would_separate for c in effect.confused_with]
         return Finding(
             effect.id, effect.place.label, effect.form, probability, parameters, effect.equation,
-            effect.sentence.format(values), others, first or next(iter(told.values()), None),
+            effect.sentence.format(values), others, next(filter(None, told), None),
         )  # fmt: skip
 
     def parameters(self, effect: Effect) -> dict[str, tuple[Interval, str]]:

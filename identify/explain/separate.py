@@ -12,7 +12,7 @@ from itertools import combinations
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from identify.effects import catalogue, would_separate
+from identify.effects import would_separate
 from identify.explain.contenders import Contender, contenders
 from identify.explain.explanation import Explanation, Finding
 from identify.holdout import settling_s
@@ -183,7 +183,7 @@ def _sentence(
 
 def _equal(named: Contender, member: Contender) -> str:
     """Return why two members stay together, and what outside the protocol would part them."""
-    wanted = would_separate(named.id).get(member.id, "") if named.id in catalogue() else ""
+    wanted = would_separate(named.id, named.stage, member.id, member.stage)
     outside = f": {wanted}" if wanted else ", such as a loopback cable or a tap behind G1"
     if member.exact:
         return f"{member.label} gives the same data whatever is played; it takes something else{outside}"

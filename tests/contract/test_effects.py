@@ -119,9 +119,9 @@ def test_confusions_name_physics_and_the_experiment_that_separates(kind: type[Ef
         assert confusion.id != kind.id
         assert len(confusion.would_separate.split()) >= 3
         assert not confusion.would_separate.endswith(".")
-        assert would_separate(kind.id)[confusion.id] == confusion.would_separate
-        if confusion.id in catalogue():  # whoever is asked
-            assert kind.id in would_separate(confusion.id)
+        here, there = ((c or kind.places[0]).label for c in (confusion.here, confusion.there))
+        for one, two in (((kind.id, here), (confusion.id, there)), ((confusion.id, there), (kind.id, here))):
+            assert would_separate(*one, *two)  # whoever is asked
 
 
 @every_kind
