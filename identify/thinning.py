@@ -6,6 +6,7 @@ mean residual of every few samples, of an answer simulated on as many fewer inst
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +19,9 @@ from identify.trace import Array, Mask, Trace
 
 Matrix = NDArray[np.float64]
 FACTORS = (9, 7, 5, 3)  # odd: the mean of as many samples belongs to the instant of the middle one
-KEPT = 0.99  # share of the square of all that is compared which the means must keep
-TOLD = 3.0  # standard deviations of the noise's own square: a loss below it is chance
+KEPT = 0.95  # share of the square of a slope, and of the mismatch, that means must keep
+TOLD = 4.0  # standard deviations by which power above white noise is no chance
+LINE = 12.0  # over the log of how many there are: an ordinate of a periodogram so high is no chance
 LEAST = 20_000  # means: with fewer nothing is slow
 
 
@@ -64,18 +66,30 @@ class _Run:
         """Return the means of whose samples all count."""
         return np.asarray(self.means(self.observation.use.astype(np.float64), m) == 1.0)
 
-    def squares(self, m: int) -> tuple[Matrix, Array, int, int]:
-        """Return the squares of the slopes and of the residual per noise, of samples and of means, and their counts.
-
-        A mean of m samples has the m-th part of their variance as its noise.
-        """
+    def squares(self, m: int) -> Matrix:
+        """Return the squares of the slopes of samples and of their means, shape (2, p)."""
         whole = self.whole(m)
         each = np.zeros(self.residual.size, dtype=np.bool_)
         each[m - m // 2 : m - m // 2 + m * whole.size] = np.repeat(whole, m)
-        rows = np.vstack((self.slopes, self.residual / self.observation.noise_v))
-        before = np.sum(np.square(rows), axis=1, where=each)
-        after = m * np.sum(np.square(self.means(rows, m)), axis=1, where=whole)
-        return before, after, int(each.sum()), int(whole.sum())
+        kept = m * np.sum(np.square(self.means(self.slopes, m)), axis=1, where=whole)
+        return np.array([np.sum(np.square(self.slopes), axis=1, where=each), kept])
+
+    @cached_property
+    def power(self) -> Array:
+        """Return the periodogram of the residual in units of the noise's variance, from 0 to half the sample rate."""
+        residual = np.where(self.observation.use, self.residual, 0.0) / self.observation.noise_v
+        return np.asarray(np.square(np.abs(np.fft.rfft(residual))) / self.observation.count)
+
+    def beyond(self, m: int) -> tuple[float, float, float, int]:
+        """Return the power above white noise at all frequencies, at those that means lose and in a line among these.
+
+        White noise is what lies at most of the frequencies that are lost; their number comes last.
+        """
+        lost = self.power[self.power.size // m :]
+        white = float(np.median(lost)) / float(np.log(2.0))
+        highest = float(np.max(lost))
+        line = highest if highest > white * (np.log(lost.size) + LINE) else 0.0
+        return float(np.sum(self.power - white)), float(np.sum(lost - white)), line, lost.size
 
     def thinned(self, chain: Chain, m: int) -> Observation:
         """Return the run at every m-th instant, its readings the answer there and the mean residual around it."""
@@ -87,13 +101,13 @@ class _Run:
 
 
 def _nothing_is_lost(runs: Sequence[_Run], m: int) -> bool:
-    """Return whether means of ``m`` samples keep the squares of all slopes, and of the residual beyond the noise."""
-    befores, afters, counts, fewers = zip(*(run.squares(m) for run in runs), strict=True)
-    before, after, count, fewer = np.sum(befores, axis=0), np.sum(afters, axis=0), sum(counts), sum(fewers)
-    if not fewer or np.any(after[:-1] < KEPT * before[:-1]):
+    """Return whether means of ``m`` samples keep the squares of all slopes, and the residual beyond white noise."""
+    before, after = np.sum([run.squares(m) for run in runs], axis=0)
+    if not any(run.whole(m).any() for run in runs) or np.any(after < KEPT * before):
         return False
-    beyond, left = float(before[-1]) - count, float(after[-1]) - fewer
-    return bool(beyond - left <= (1.0 - KEPT) * max(beyond, 0.0) + TOLD * np.sqrt(2.0 * count))
+    every, lost, lines, counts = (sum(part) for part in zip(*(run.beyond(m) for run in runs), strict=True))
+    enough = (1.0 - KEPT) * max(every, 0.0)
+    return bool(lines <= enough and lost <= enough + TOLD * np.sqrt(counts))
 
 
 def _source(trace: Trace, m: int) -> Array:
