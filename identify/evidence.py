@@ -19,7 +19,7 @@ from identify.fit import Fit
 from identify.levels import Levels, hats, knots_between, merit
 from identify.noise import grid_step_v
 from identify.observe import Observation, weighed
-from identify.stage import Place
+from identify.stage import Place, Stage
 from identify.taps import Tapped
 from identify.trace import Array
 
@@ -45,9 +45,9 @@ class Evidence:
         self._seen: dict[tuple[object, ...], tuple[float, float]] = {}
         self._levels: dict[Place, Levels] = {}
 
-    def seen_by(self, effect: Effect) -> "Evidence":
-        """Return the evidence an effect is judged on: of all samples where its law differs from one to the next."""
-        return self.fine if effect.quick else self
+    def seen_by(self, stage: Stage) -> "Evidence":
+        """Return the evidence a stage is judged on: of all samples where means of them would hide what it does."""
+        return self.fine if stage.quick else self
 
     def range(self, place: Place) -> tuple[float, float]:
         """Return the lowest and highest level of the signal behind a place, V, over all runs."""

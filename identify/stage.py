@@ -8,7 +8,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -106,6 +106,7 @@ class Stage(ABC):
 
     name: str
     place: Place
+    quick: ClassVar[bool] = False  # whether what it does is over within a few samples, and means of them would hide it
 
     @abstractmethod
     def parameters(self) -> tuple[Parameter, ...]:

@@ -18,7 +18,7 @@ from identify.observe import Observation
 from identify.trace import Array, Mask, Trace
 
 Matrix = NDArray[np.float64]
-FACTORS = (9, 7, 5, 3)  # odd: the mean of as many samples belongs to the instant of the middle one
+FACTORS = (5, 3)  # odd: the mean of as many samples belongs to the instant of the middle one
 KEPT = 0.95  # share of the square of a slope, and of the mismatch, that means must keep
 TOLD = 4.0  # standard deviations by which power above white noise is no chance
 LINE = 12.0  # over the log of how many there are: an ordinate of a periodogram so high is no chance

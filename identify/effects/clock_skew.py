@@ -34,6 +34,7 @@ class ClockSkew(Effect):
     )
     axis = "time"
     fingerprint = "phase error grows with time"
+    quick = True
     places = (Place.SENSE,)
     declared = (PPM,)
     absent: ClassVar = {"ppm": 0.0}

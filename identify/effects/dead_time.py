@@ -27,6 +27,7 @@ class DeadTime(Effect):
     sentence = "Everything arrives {} late; reported in G2 by convention, a delay before F gives the same data."
     axis = "frequency"
     fingerprint = "phase proportional to frequency"
+    quick = True
     places = (Place.G2,)
     declared = (DELAY,)
     absent: ClassVar = {"delay": 0.0}

@@ -46,7 +46,6 @@ class Effect(Stage):
     axis: ClassVar[str]  # the coordinate along which it acts, as in "level of w"
     fingerprint: ClassVar[str]
     places: ClassVar[tuple[Place, ...]]
-    quick: ClassVar[bool] = False  # it differs from sample to sample: means of a few would hide it
     elsewhere: ClassVar[tuple[Place, ...]] = ()  # where the same law would be other physics than this
     forms: ClassVar[tuple[str, ...]] = ("",)
     declared: ClassVar[tuple[Parameter, ...]]

@@ -24,6 +24,7 @@ class ExtraPole(Effect):
     sentence = "There is one more low-pass than drawn: {}."
     axis = "frequency"
     fingerprint = "slower edges, phase growing with frequency"
+    quick = True
     places = (Place.G1, Place.G2)
     declared = (TAU,)
     absent: ClassVar = {"tau": 0.0}

@@ -21,6 +21,7 @@ class Feedthrough(Effect):
     sentence = "A share of the generator's voltage reaches the ADC past the circuit: {}."
     axis = "level of u"
     fingerprint = "motion during plateaus; a stuck-state sine isolates it"
+    quick = True
     places = (Place.SENSE,)
     declared = (K,)
     absent: ClassVar = {"k": 0.0}

@@ -29,7 +29,7 @@ class InputClipping(Limit):
     )
     axis = "level of u"
     fingerprint = "nothing changes above a level of u"
-    quick = True  # means of u do not reach where u does
+    quick = True
     places = (Place.SOURCE,)
     declared = (UPPER, LOWER)
     confused_with = (

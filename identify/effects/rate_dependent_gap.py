@@ -27,6 +27,7 @@ class RateDependentGap(InsidePlay):
     )
     axis = "rate of w"
     fingerprint = "later contact when faster; nearly a delay"
+    quick = True
     places = (Place.F,)
     declared = (K,)
     absent: ClassVar = {"k": 0.0}

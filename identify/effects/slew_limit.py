@@ -29,6 +29,7 @@ class SlewLimit(Effect):
     )
     axis = "rate of w"
     fingerprint = "straight edges of fixed slope"
+    quick = True
     places = (Place.F,)
     declared = (RATE,)
     absent: ClassVar = {"rate": float("inf")}

@@ -25,6 +25,7 @@ class SourceNonlinearity(Effect):
     )
     axis = "level of u"
     fingerprint = "grows with abs(u), before all dynamics"
+    quick = True
     places = (Place.SOURCE,)
     declared = (K,)
     absent: ClassVar = {"k": 0.0}

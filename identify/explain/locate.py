@@ -154,6 +154,7 @@ def unexplained(evidence: Evidence, found: Sequence[Suspect]) -> float:
 
 def suspect(evidence: Evidence, correction: Correction) -> Suspect:
     """Return what a correction promises when all its weights and the plain parameters move together."""
+    evidence = evidence.seen_by(correction)
     names, columns = _columns(evidence, correction)
     kept = np.any(np.abs(columns) > DIFFERENCE, axis=1) & np.all(np.isfinite(columns), axis=1)
     if not kept.any():

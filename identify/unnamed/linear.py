@@ -23,6 +23,7 @@ class Filter(Correction):
     form = "filter"
     kind = "a linear filter"
     equation = "s' = s + sum of a_k s tau_k / (1 + s tau_k) + b_k s tau_k / (1 + 0.6 s tau_k + (s tau_k)^2)"
+    quick = True
     knot_unit = "s"
     weights: ClassVar[tuple[tuple[str, str], ...]] = (("real", "V/V"), ("pair", "V/V"))
     places: ClassVar[tuple[Place, ...]] = (Place.G1, Place.G2)
@@ -71,6 +72,7 @@ class SlowFilter(Filter):
     kind = "a slow creep or coupling"
     equation = "s' = s + sum of a_k s tau_k / (1 + s tau_k)"
     weights = (("real", "V/V"),)
+    quick = False
     places = (Place.SENSE, Place.F, Place.SOURCE)
 
     @property
@@ -91,6 +93,7 @@ class Bypass(Correction):
     form = "path past the circuit"
     kind = "a path past the circuit"
     equation = "s' = s + sum of a_k u / (1 + s tau_k)"
+    quick = True
     knot_unit = "s"
     weights = (("pass", "V/V"),)
     places = (Place.SENSE,)

@@ -72,6 +72,7 @@ class RateMap(Correction):
     form = "map of the rate"
     kind = "a law of the rate of change"
     equation = "s' = s + c(ds/dt), c straight between the knots"
+    quick = True
     knot_unit = "V/s"
     places = (Place.F, Place.SENSE)
 

@@ -58,6 +58,7 @@ class GapOverRate(PlayCorrection):
     form = "gap over the rate"
     kind = "a gap that depends on the speed"
     equation = "D_L + c(abs(dv/dt)), D_U - c(abs(dv/dt)), c straight between the knots"
+    quick = True
     knot_unit = "V/s"
     weights = (("widen", "V"),)
 
@@ -121,6 +122,7 @@ class Hysteresis(Correction):
     form = "second hysteresis"
     kind = "a second hysteresis"
     equation = "s' = s + sum of a_k (play of s with half gap r_k, less s)"
+    quick = True
     knot_unit = "V"
     weights = (("weight", "V/V"),)
     places = (Place.F, Place.SENSE)

@@ -80,6 +80,7 @@ class Swiftness(Correction):
     form = "swiftness over the level"
     kind = "dynamics that depend on the level"
     equation = "s' = s + c(s) ds/dt, c straight between the knots"
+    quick = True
     knot_unit = "V"
     weights = (("lead", "s"),)
     places = (Place.G1, Place.G2)

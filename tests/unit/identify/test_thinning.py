@@ -21,10 +21,10 @@ NOISE_V = 0.01
 PLAYED = (staircase("stairs", FIG13_LEVELS_V, 0.12, 2), sine("sine", 31.25, 8.0, 25, 1))
 CONCEALED = (
     ("offset_drift", Place.SENSE, Concealed("offset_drift", {"rate": 0.005}), {"rate": 0.005}),
-    ("dead_time", Place.G2, Concealed("dead_time", {"delay": 200e-6}), {"delay": 200e-6}),
     ("saturation", Place.F, Concealed("saturation", {"upper": 17.9, "lower": -17.9}), {"upper": 17.9, "lower": -17.9}),
-    ("feedthrough", Place.SENSE, Concealed("feedthrough", {"k": 1e-3}), {"k": 1e-3}),
-    ("extra_pole", Place.G2, Concealed("extra_pole in G2", {"tau": 1e-4}), {"tau": 1e-4}),
+    ("second_play", Place.F, Concealed("second_play", {"gap": 1.0, "weight": 0.01}), {"gap": 1.0, "weight": 0.01}),
+    ("plateau_tilt", Place.F, Concealed("plateau_tilt", {"k": 0.002}), {"k": 0.002}),
+    ("ac_coupling", Place.SENSE, Concealed("ac_coupling", {"tau": 300.0}), {"T": 300.0}),
 )
 
 
@@ -40,9 +40,17 @@ def evidences(*physics):
 def test_fewer_samples_promise_the_same_gain(name, place, concealed, values):
     every, fewer = evidences(concealed)
     effect = catalogue()[name](place, catalogue()[name].forms[0])
+    assert not effect.quick
     assert len(fewer.residual) < 0.4 * len(every.residual)
     assert every.gain(effect, values) > 100.0
     assert fewer.gain(effect, values) == pytest.approx(every.gain(effect, values), rel=0.05)
+
+
+def test_what_is_over_in_a_few_samples_is_looked_at_in_every_sample():
+    every, fewer = evidences()
+    both = Evidence(every.fitted, fewer.observations, every)
+    assert both.seen_by(catalogue()["dead_time"](Place.G2)) is every
+    assert both.seen_by(catalogue()["offset_drift"](Place.SENSE)) is both
 
 
 def test_means_keep_the_noise_of_a_sample():
