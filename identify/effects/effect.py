@@ -74,6 +74,11 @@ class Effect(Stage):
             for form in cls.forms:
                 yield cls(place, form)
 
+    def contains(self, other: "Effect") -> bool:
+        """Return whether another form at the same place has some of the parameters of this one and no others."""
+        same = type(self) is type(other) and self.place == other.place
+        return same and set(other.parameters()) < set(self.parameters()) and _words(other.form) <= _words(self.form)
+
     def named(self, values: Mapping[str, float]) -> dict[str, float]:
         """Return ``values`` by full name, absent ones filled in from the value that means absent."""
         shared = {p.name: values.get(short(p.name), self.absent[short(p.name)]) for p in self.parameters()}
@@ -99,3 +104,9 @@ class Effect(Stage):
 def short(name: str) -> str:
     """Return a parameter's name without its owner."""
     return name.rpartition(".")[2]
+
+
+def _words(form: str) -> set[str]:
+    """Return the words of a form; what is on both sides is on either."""
+    words = set(form.replace(",", "").split())
+    return words | {"upper", "lower"} if "both" in words else words

@@ -84,7 +84,7 @@ class Bench:
         runs = len(self.observations)
         hopes = [promised(evidence, c) for c in hopeful(screened, runs)]
         tried = self.raced(base, promising(hopes, len(screened), runs))
-        return Round(base, tuple(screened), ranked(base, tried))
+        return Round(base, tuple(screened), ranked(base, [*tried, *self.fuller(base, tried)]))
 
     def raced(self, base: Hypothesis, promises: Sequence[Promise]) -> list[Hypothesis]:
         """Fit candidates side by side, a few iterations at a time; one that falls far behind is not fitted further."""
@@ -97,6 +97,21 @@ class Bench:
             if all(new.chi2 > old.chi2 - VISIBLE for new, old in zip(lap, found, strict=True)):
                 return lap
             found = lap
+        return found
+
+    def fuller(self, base: Hypothesis, tried: Sequence[Hypothesis]) -> list[Hypothesis]:
+        """Fit forms with one parameter more of what came near the best, where the best leaves more than noise."""
+        best = min(tried, key=lambda h: h.chi2, default=base)
+        if best.misfit < NOISE_KNOWN:
+            return []
+        reach = best.chi2 + FAR * (base.chi2 - best.chi2)
+        known, found = {h.effects[-1] for h in tried}, []
+        for h in (h for h in tried if h.chi2 < reach):
+            for more in type(h.effects[-1]).variants():
+                if more not in known and more.contains(h.effects[-1]):
+                    known.add(more)
+                    effects = (*base.effects, more)
+                    found.append(self.fitted(self.with_effects(effects, h.fit.chain.values), effects))
         return found
 
     def continued(self, hypothesis: Hypothesis, iterations: int = SPRINT) -> Hypothesis:
@@ -142,9 +157,8 @@ class Bench:
     def simplified(self, hypothesis: Hypothesis) -> Hypothesis:
         """Take simpler forms of effects, with fewer parameters, where the others do not pay."""
         for effect in hypothesis.effects:
-            own = set(effect.parameters())
             for simpler in type(effect).variants():
-                if simpler.place == effect.place and set(simpler.parameters()) < own:
+                if effect.contains(simpler):
                     effects = tuple(simpler if e is effect else e for e in hypothesis.effects)
                     found = self.fitted(self.with_effects(effects, hypothesis.fit.chain.values), effects)
                     hypothesis = found if found.advantage(hypothesis) > 0.0 else hypothesis
