@@ -42,16 +42,15 @@ class Piece:
 class Observation:
     """One trace with ``use`` (N,) True where a residual counts, and the noise of one sample in V.
 
-    ``left_out`` (N,) is what a fine grid adds to an answer on this one, in units of the noise, which half precision
-    holds well enough (identify.stepping); None for nothing. ``colour`` says how the noise of a sample hangs together
-    with that of those before.
+    ``left_out`` (N,) is what a fine grid adds to an answer on this one, in units of the noise (identify.stepping);
+    None for nothing. ``colour`` says how the noise of a sample hangs together with that of those before.
     """
 
     trace: Trace
     use: Mask
     noise_v: float
     substeps: int = 1
-    left_out: NDArray[np.float16] | None = None
+    left_out: NDArray[np.float16 | np.float32] | None = None
     colour: Colour = WHITE
 
     @cached_property

@@ -85,6 +85,19 @@ def _changes(found: Fit, told: Sequence[Matrix], better: Sequence[Matrix]) -> li
     return [float(np.max(np.abs(np.linalg.eigvalsh(change)), initial=0.0)) for change in changes]
 
 
+def coarsened(observation: Observation, chain: Chain, factor: int) -> Observation:
+    """Return the observation on a grid coarser by up to ``factor``, with what its own adds to the answer of ``chain``.
+
+    Raises ValueError where the chain cannot be simulated.
+    """
+    substeps = max(observation.substeps // factor, 1)
+    if substeps == observation.substeps:
+        return observation
+    coarse = replace(observation, substeps=substeps, left_out=None)
+    added = np.concatenate([part for _, part in _added(coarse, chain, observation.substeps)])
+    return replace(coarse, left_out=(added / observation.noise_v).astype(np.float32))
+
+
 def corrected(observation: Observation, chain: Chain) -> Observation:
     """Return the observation with what its grid leaves out of the answer of ``chain``; without where nobody sees it."""
     finest = min(FINEST, 1 << max(int(log2(LARGEST / observation.trace.size)), 1))

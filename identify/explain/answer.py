@@ -18,12 +18,14 @@ from identify.explain.explanation import (
     Residuals,
     Verdict,
 )
+from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located
 from identify.explain.prove import Proof, proven
 from identify.explain.readings import Readings, location
 from identify.explain.readings import finding as of_readings
 from identify.explain.rivals import odds
-from identify.explain.select import Bench, Hypothesis, Round
+from identify.explain.round import Round
+from identify.explain.select import Bench
 from identify.explain.shape import shape_of
 from identify.explain.survey import StageShare
 from identify.explain.warrant import Warranted

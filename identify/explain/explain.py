@@ -11,9 +11,10 @@ from identify.effects.effect import Effect
 from identify.explain.answer import Answer
 from identify.explain.confirm import CONVINCING, adapted, improvement
 from identify.explain.explanation import Explanation
+from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import located
 from identify.explain.readings import read, reread
-from identify.explain.select import Bench, Hypothesis, selected
+from identify.explain.select import Bench, selected
 from identify.explain.survey import surveyed
 from identify.explain.warrant import Warranted, warranted
 from identify.holdout import Split
@@ -60,6 +61,7 @@ def _explained(
     note("confirming on held-out data", 0.9)
     data = replace(data, test=tuple(refined(o, earned.hypothesis.fit.chain) for o in data.test))
     kept, dropped = confirmed(bench, earned, data.test)
+    kept = replace(kept, hypothesis=bench.finely(kept.hypothesis))
     improved = adapted(kept.hypothesis.fit.chain, data.test)
     told = reread(readings, improved, kept.hypothesis.names, leave_out)
     before, after = {b.id for b in readings.found}, {b.id for b in told.found} - {"adc_quantisation"}

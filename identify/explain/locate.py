@@ -19,7 +19,8 @@ from identify.chain import local_name
 from identify.derivatives.sensitivities import DIFFERENCE
 from identify.evidence import Evidence
 from identify.explain.corrections import corrections, sharpened
-from identify.explain.select import NOISE_KNOWN, Bench, Hypothesis
+from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
+from identify.explain.select import Bench
 from identify.explain.wander import wandering
 from identify.fit import chi_squared
 from identify.stage import Place

@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from identify.explain.confirm import CONVINCING, adapted, held_out_rms, improvement
+from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located
-from identify.explain.select import Bench, Hypothesis
+from identify.explain.select import Bench
 from identify.observe import Observation, refined
 from identify.unnamed.correction import Correction
 

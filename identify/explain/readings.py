@@ -7,11 +7,12 @@ and the recordings are looked at once more against that: what only a model led a
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from identify.chain import Chain
+from identify.chain import Chain, simulate
 from identify.effects.effect import short
 from identify.explain.explanation import Finding, Location, Range
+from identify.explain.hypothesis import Hypothesis
 from identify.explain.rivals import OTHERWISE
-from identify.explain.select import Bench, Hypothesis
+from identify.explain.select import Bench
 from identify.holdout import Split, settling_s, split
 from identify.model import Model
 from identify.natural_units import shown_interval
@@ -39,6 +40,7 @@ class Readings:
     bench: Bench
     plain: Hypothesis
     found: tuple[Blemish, ...]
+    settle_s: float
 
 
 def read(
@@ -59,7 +61,8 @@ def read(
         data = split(model, seen.training, seen.proof) if seen.found else raw
         data, noise = _whitened(data, seen, settling_s(model), leave_out)
         again = (bench, before) if data is raw else prepared(data)
-        return Readings(recorded.training, recorded.proof, raw, before, data, *again, (*seen.found, *noise))
+        found = (*seen.found, *noise)
+        return Readings(recorded.training, recorded.proof, raw, before, data, *again, found, settling_s(model))
 
     if against is not None:
         return undone(mended(against, traces, hold_out, raw.noise.rms_v, leave_out))
@@ -108,11 +111,22 @@ def reread(readings: Readings, chain: Chain, explained: Sequence[str], leave_out
     The steps of the ADC are told here, where no effect tells of them.
     """
     noise = tuple(b for b in readings.found if b.id == ColouredNoise.id)
+    if noise and coloured_noise(*_left(readings, chain), readings.settle_s) is None:
+        noise = ()  # it was physics that does not come back with the stimulus, and is explained
     found = mended(chain, readings.traces, readings.hold_out, readings.data.noise.rms_v, leave_out).found
     found = (*found, *noise)
     if "adc_quantisation" not in (*explained, *leave_out):
         found = (*found, *adc_steps([*readings.traces, *readings.hold_out], readings.data.noise.rms_v))
     return replace(readings, found=found)
+
+
+def _left(readings: Readings, chain: Chain) -> tuple[list[Trace], list[Trace]]:
+    """Return the recordings less what a chain answers."""
+    train, test = (
+        [replace(trace, y=trace.y[:] - simulate(chain, trace)) for trace in traces]
+        for traces in (readings.traces, readings.hold_out)
+    )
+    return train, test
 
 
 def finding(blemish: Blemish) -> Finding:

@@ -10,8 +10,10 @@ from math import e, exp, log, sqrt
 from identify.blocks import Play
 from identify.effects.effect import Effect
 from identify.explain.explanation import Alternative
+from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located
-from identify.explain.select import Bench, Hypothesis, Round
+from identify.explain.round import Round
+from identify.explain.select import Bench
 from identify.stage import Place
 
 MENTIONED = 0.01  # an alternative less likely than this is excluded

@@ -7,37 +7,35 @@ the most promising ones jointly with the plain parameters, and takes the best if
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from scipy.stats import chi2 as chi2_distribution
+import numpy as np
+from scipy.linalg import LinAlgError
 
 from identify.chain import Chain
 from identify.effects.effect import Effect
-from identify.evidence import Candidate, Evidence, candidates
-from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis, is_discovery
+from identify.evidence import Evidence, candidates
+from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
 from identify.explain.promise import Promise, promised
-from identify.fit import VISIBLE, chi_squared, fit
+from identify.explain.round import COMPARED, Round, hopeful, promising, ranked
+from identify.fit import chi_squared, fit
 from identify.observe import Observation, refined
 from identify.phases import scanned
+from identify.stepping import coarsened
 from identify.thinning import thinned
 
 MOST_EFFECTS = 4
-LOOKED_AT = 16  # candidates whose own parameters are fitted to first order
-HOPEFUL = 0.03  # share of the best promise at its start below which a candidate is not looked at
-DOUBTFUL = 0.05  # probability of a start's gain by chance above which nothing speaks for an effect
-FITTED_A_ROUND = 8
-PROMISING = 0.2  # share of the best promise below which a candidate is not fitted
-COMPARED = 60.0  # of twice the log of odds: what is further behind is as good as excluded
-SLACK = 30.0  # times the probability at which chance is excluded, up to which a candidate is fitted
 NEXT = 2e-4  # share of what is explained already that one more effect must explain: a rig file is not exact either
 SPRINT = 4  # iterations in which candidates are fitted side by side
 LAPS = 9
+DECISIVE = 1.0  # of chi-squared: what a candidate may still gain below this changes no odds
+STEADY = 3.0  # times what a lap gained that the laps to come may gain
 NEAR, FAR = 200.0, 0.3  # of chi-squared, and share of the best fall: a fit further behind the best is not continued
 STEPPED = 5  # rivals that are fitted again on a finer grid
 EXCHANGED = 4  # rivals that an effect chosen early is exchanged for
-HOPELESS = -1000.0  # of the criterion: an effect this far behind when it was tried is not tried again
 ITERATIONS = 40
+COARSER = 4  # instants of a grid to one of that on which a fit is searched
+ROUNDS = 3  # of measuring what finer grids add, at most
+MOVED = 0.3  # standard deviations of a matched test by which that may still change
 TURNS = 4  # times phases are looked for anew once the rest has moved
-
-__all__ = ["NOISE_KNOWN", "Bench", "Hypothesis", "Round", "promising", "selected"]
 
 Note = Callable[[str, float], None]
 
@@ -53,10 +51,36 @@ class Bench:
     known: dict[tuple[Effect, ...], Hypothesis] = field(default_factory=dict)
 
     def fitted(self, chain: Chain, effects: Sequence[Effect], iterations: int = ITERATIONS) -> Hypothesis:
-        """Fit a chain from its own values, with the priors of the plain parameters at the rig file's."""
-        found = fit(chain, self.observations, self.plain.values, self.fixed, iterations, valleys=False)
-        chi2 = sum(chi_squared(found.chain, o) for o in self.observations)
+        """Fit a chain from its own values, with the priors of the plain parameters at the rig file's.
+
+        The search goes on coarser grids; what those of the bench add to the answer is measured where it begins and
+        where it ends, and again as long as that makes a difference.
+        """
+        seen = self._coarsened(chain)
+        found = fit(chain, seen, self.plain.values, self.fixed, iterations, valleys=False)
+        for _ in range(ROUNDS):
+            before, seen = seen, self._coarsened(found.chain)
+            if seen == before or _alike(before, seen):
+                break
+            found = fit(found.chain, seen, self.plain.values, self.fixed, iterations, valleys=False)
+        chi2 = sum(chi_squared(found.chain, o) for o in seen)
         return Hypothesis(tuple(effects), found, chi2, sum(o.count for o in self.observations))
+
+    def finely(self, hypothesis: Hypothesis) -> Hypothesis:
+        """Return a hypothesis fitted on the grids of the bench, whose slopes tell how sure its values are."""
+        if all(o.substeps == 1 for o in self.observations):
+            return hypothesis
+        found = fit(hypothesis.fit.chain, self.observations, self.plain.values, self.fixed, ITERATIONS, valleys=False)
+        chi2 = sum(chi_squared(found.chain, o) for o in self.observations)
+        return replace(hypothesis, fit=found, chi2=chi2)
+
+    def _coarsened(self, chain: Chain) -> tuple[Observation, ...]:
+        """Return the data on coarser grids, with what their own add to the answer of ``chain``."""
+        try:
+            with np.errstate(over="ignore", invalid="ignore"):
+                return tuple(coarsened(o, chain, COARSER) for o in self.observations)
+        except (ValueError, ArithmeticError, LinAlgError):
+            return self.observations
 
     def with_effects(self, effects: Sequence[Effect], values: Mapping[str, float]) -> Chain:
         """Return the plain chain with ``effects`` in it and every value that ``values`` knows by full name."""
@@ -87,15 +111,21 @@ class Bench:
         return Round(base, tuple(screened), ranked(base, [*tried, *self.fuller(base, tried)]))
 
     def raced(self, base: Hypothesis, promises: Sequence[Promise]) -> list[Hypothesis]:
-        """Fit candidates side by side, a few iterations at a time; one that falls far behind is not fitted further."""
+        """Fit candidates side by side, a few iterations at a time; one that cannot come near is not fitted further."""
         found = [self.extended(base, promise) for promise in promises]
+        hopes = [np.inf] * len(found)
         for _ in range(LAPS):
             best = min(found, key=lambda h: h.chi2, default=base)
             done = best.misfit < NOISE_KNOWN  # nothing can be much better than the noise
-            reach = best.chi2 + max(NEAR, 0.0 if done else FAR * (base.chi2 - best.chi2))
-            lap = [h if h.fit.converged or h.chi2 > reach else self.continued(h) for h in found]
-            if all(new.chi2 > old.chi2 - VISIBLE for new, old in zip(lap, found, strict=True)):
-                return lap
+            reach = max(NEAR, 0.0 if done else FAR * (base.chi2 - best.chi2))
+            running = [
+                not h.fit.converged and h.chi2 - best.chi2 < min(reach, max(COMPARED, hope)) and hope > DECISIVE
+                for h, hope in zip(found, hopes, strict=True)
+            ]
+            if not any(running):
+                break
+            lap = [self.continued(h) if runs else h for h, runs in zip(found, running, strict=True)]
+            hopes = [STEADY * (old.chi2 - new.chi2) for old, new in zip(found, lap, strict=True)]
             found = lap
         return found
 
@@ -190,47 +220,11 @@ class Bench:
         return hypothesis
 
 
-@dataclass(frozen=True)
-class Round:
-    """One step of the selection: what was screened, what was fitted, best first."""
-
-    base: Hypothesis
-    screened: tuple[Candidate, ...]
-    tried: tuple[Hypothesis, ...]
-    settled: Hypothesis | None = None  # the winner, once the effects before it were looked at again beside it
-
-    @property
-    def information(self) -> float:
-        """Return what the mismatch tells: by how much chi-squared falls at best."""
-        return max((self.base.chi2 - h.chi2 for h in self.tried), default=0.0)
-
-    def lead(self, hypothesis: Hypothesis) -> float:
-        """Return how far a hypothesis is ahead of the winner of the fits, below zero when it is behind."""
-        return hypothesis.advantage(self.tried[0], self.information)
-
-    @property
-    def close(self) -> tuple[Hypothesis, ...]:
-        """Return what was not hopelessly behind the winner."""
-        return tuple(h for h in self.tried if self.lead(h) > HOPELESS)
-
-    @property
-    def near(self) -> tuple[Hypothesis, ...]:
-        """Return what the winner must be compared with closely."""
-        return tuple(h for h in self.tried if self.lead(h) > -COMPARED)
-
-    @property
-    def best(self) -> Hypothesis | None:
-        """Return the hypothesis that wins the round, None when chance may have made it or it is not worth a name."""
-        winner = self.settled or (self.tried[0] if self.tried else None)
-        if winner is None or not is_discovery(winner.p_value(self.base), len(self.screened)):
-            return None
-        return winner if winner.gains_enough(self.base) else None
-
-
-def ranked(base: Hypothesis, tried: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:
-    """Return hypotheses on the same base, the most probable first."""
-    told = max((base.chi2 - h.chi2 for h in tried), default=0.0)
-    return tuple(sorted(tried, key=lambda h: -h.advantage(base, told)))
+def _alike(some: Sequence[Observation], others: Sequence[Observation]) -> bool:
+    """Return whether a matched test would not tell what is added to an answer here from what is added there."""
+    pairs = [(a.left_out, b.left_out) for a, b in zip(some, others, strict=True)]
+    changes = [a - b for a, b in pairs if a is not None and b is not None]
+    return bool(sum(float(change @ change) for change in changes) < MOVED**2)
 
 
 def selected(bench: Bench, start: Hypothesis, note: Note) -> tuple[Bench, Hypothesis, list[Round]]:
@@ -259,31 +253,3 @@ def selected(bench: Bench, start: Hypothesis, note: Note) -> tuple[Bench, Hypoth
 def _counts(start: Hypothesis, base: Hypothesis, best: Hypothesis) -> bool:
     """Return whether a further effect explains more than what the right law of a large one leaves, taken roughly."""
     return base is start or base.chi2 - best.chi2 > NEXT * (start.chi2 - base.chi2)
-
-
-def hopeful(screened: Sequence[Candidate], runs: int) -> list[Candidate]:
-    """Return what is worth a closer look: the best forms of every effect at every place, those that promise most."""
-    best = max((c.gain for c in screened), default=0.0)
-    kept: list[Candidate] = []
-    for candidate in screened:
-        same = [c for c in kept if (c.effect.id, c.effect.place) == (candidate.effect.id, candidate.effect.place)]
-        rival = all(candidate.gain > 0.6 * c.gain and c.effect.form != candidate.effect.form for c in same)
-        told = candidate.gain > HOPEFUL * best and chance(candidate, candidate.gain, runs) < DOUBTFUL
-        if told and len(same) < 2 and (not same or rival):
-            kept.append(candidate)
-    return kept[:LOOKED_AT]
-
-
-def chance(candidate: Candidate, gain: float, runs: int) -> float:
-    """Return how likely noise alone would make an effect, its parameters free, gain so much."""
-    parameters = sum(runs if p.local else 1 for p in candidate.effect.parameters())
-    return float(chi2_distribution.sf(max(gain, 0.0), parameters))
-
-
-def promising(promises: Sequence[Promise], tried: int, runs: int) -> list[Promise]:
-    """Return what is worth a fit: what chance has hardly made, and whose fit may come near that of the best."""
-    told = [p for p in promises if is_discovery(chance(p.candidate, p.gain + p.slack, runs) / SLACK, tried)]
-    most = sorted(told, key=lambda p: -p.gain)
-    best, sure = max((p.gain for p in most), default=0.0), max((p.gain - p.slack for p in most), default=0.0)
-    may_win = [p for p in most if p.gain > PROMISING * best and p.gain + p.slack > sure - COMPARED]
-    return may_win[:FITTED_A_ROUND]

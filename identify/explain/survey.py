@@ -2,8 +2,9 @@
 
 from dataclasses import dataclass
 
+from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
 from identify.explain.locate import suspects
-from identify.explain.select import NOISE_KNOWN, Bench, Hypothesis
+from identify.explain.select import Bench
 from identify.interval import number
 from identify.stage import Place
 

@@ -3,9 +3,11 @@
 from dataclasses import dataclass, replace
 
 from identify.effects.effect import Effect
+from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located, located
 from identify.explain.rivals import left_to_explain, unheard
-from identify.explain.select import Bench, Hypothesis, Round
+from identify.explain.round import Round
+from identify.explain.select import Bench
 from identify.stage import Place
 
 NEGLIGIBLE = 0.05  # share of what an effect explains that may remain without casting doubt on its name

@@ -4,9 +4,11 @@ import pytest
 
 from identify.effects import catalogue, chain_of
 from identify.effects.effect import Effect
+from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located
 from identify.explain.rivals import odds
-from identify.explain.select import Bench, Hypothesis, Round
+from identify.explain.round import Round
+from identify.explain.select import Bench
 from identify.stage import Place
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP, RC

@@ -1,0 +1,90 @@
+"""What does one step of the selection consider: what is worth a look, a fit, and a name?"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from scipy.stats import chi2 as chi2_distribution
+
+from identify.evidence import Candidate
+from identify.explain.hypothesis import Hypothesis, is_discovery
+from identify.explain.promise import Promise
+
+LOOKED_AT = 16  # candidates whose own parameters are fitted to first order
+HOPEFUL = 0.03  # share of the best promise at its start below which a candidate is not looked at
+DOUBTFUL = 0.05  # probability of a start's gain by chance above which nothing speaks for an effect
+FITTED_A_ROUND = 8
+PROMISING = 0.2  # share of the best promise below which a candidate is not fitted
+COMPARED = 60.0  # of twice the log of odds: what is further behind is as good as excluded
+SLACK = 30.0  # times the probability at which chance is excluded, up to which a candidate is fitted
+HOPELESS = -1000.0  # of the criterion: an effect this far behind when it was tried is not tried again
+
+
+@dataclass(frozen=True)
+class Round:
+    """One step of the selection: what was screened, what was fitted, best first."""
+
+    base: Hypothesis
+    screened: tuple[Candidate, ...]
+    tried: tuple[Hypothesis, ...]
+    settled: Hypothesis | None = None  # the winner, once the effects before it were looked at again beside it
+
+    @property
+    def information(self) -> float:
+        """Return what the mismatch tells: by how much chi-squared falls at best."""
+        return max((self.base.chi2 - h.chi2 for h in self.tried), default=0.0)
+
+    def lead(self, hypothesis: Hypothesis) -> float:
+        """Return how far a hypothesis is ahead of the winner of the fits, below zero when it is behind."""
+        return hypothesis.advantage(self.tried[0], self.information)
+
+    @property
+    def close(self) -> tuple[Hypothesis, ...]:
+        """Return what was not hopelessly behind the winner."""
+        return tuple(h for h in self.tried if self.lead(h) > HOPELESS)
+
+    @property
+    def near(self) -> tuple[Hypothesis, ...]:
+        """Return what the winner must be compared with closely."""
+        return tuple(h for h in self.tried if self.lead(h) > -COMPARED)
+
+    @property
+    def best(self) -> Hypothesis | None:
+        """Return the hypothesis that wins the round, None when chance may have made it or it is not worth a name."""
+        winner = self.settled or (self.tried[0] if self.tried else None)
+        if winner is None or not is_discovery(winner.p_value(self.base), len(self.screened)):
+            return None
+        return winner if winner.gains_enough(self.base) else None
+
+
+def ranked(base: Hypothesis, tried: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:
+    """Return hypotheses on the same base, the most probable first."""
+    told = max((base.chi2 - h.chi2 for h in tried), default=0.0)
+    return tuple(sorted(tried, key=lambda h: -h.advantage(base, told)))
+
+
+def hopeful(screened: Sequence[Candidate], runs: int) -> list[Candidate]:
+    """Return what is worth a closer look: the best forms of every effect at every place, those that promise most."""
+    best = max((c.gain for c in screened), default=0.0)
+    kept: list[Candidate] = []
+    for candidate in screened:
+        same = [c for c in kept if (c.effect.id, c.effect.place) == (candidate.effect.id, candidate.effect.place)]
+        rival = all(candidate.gain > 0.6 * c.gain and c.effect.form != candidate.effect.form for c in same)
+        told = candidate.gain > HOPEFUL * best and chance(candidate, candidate.gain, runs) < DOUBTFUL
+        if told and len(same) < 2 and (not same or rival):
+            kept.append(candidate)
+    return kept[:LOOKED_AT]
+
+
+def chance(candidate: Candidate, gain: float, runs: int) -> float:
+    """Return how likely noise alone would make an effect, its parameters free, gain so much."""
+    parameters = sum(runs if p.local else 1 for p in candidate.effect.parameters())
+    return float(chi2_distribution.sf(max(gain, 0.0), parameters))
+
+
+def promising(promises: Sequence[Promise], tried: int, runs: int) -> list[Promise]:
+    """Return what is worth a fit: what chance has hardly made, and whose fit may come near that of the best."""
+    told = [p for p in promises if is_discovery(chance(p.candidate, p.gain + p.slack, runs) / SLACK, tried)]
+    most = sorted(told, key=lambda p: -p.gain)
+    best, sure = max((p.gain for p in most), default=0.0), max((p.gain - p.slack for p in most), default=0.0)
+    may_win = [p for p in most if p.gain > PROMISING * best and p.gain + p.slack > sure - COMPARED]
+    return may_win[:FITTED_A_ROUND]
