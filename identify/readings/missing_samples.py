@@ -165,8 +165,14 @@ def _in_time(y: Array, answer: Array, use: Mask, at: int, count: int, scatter: f
         energy = np.cumsum(np.square(moving[near]))
         if energy.size == 0 or energy[-1] < enough:
             return False
-        window = near[: _whole(energy, enough)]
-        lags.append(_lag(misfit[window], moving[window], answer[kept[window]]))
+        size, off, lag = _whole(energy, enough), float("inf"), 0.0
+        while off > LAG_SD and size < 2 * near.size:
+            window = near[:size]
+            lag, known = _lag(misfit[window], moving[window], answer[kept[window]])
+            off, size = scatter * known, 2 * size
+        if off > LAG_SD:
+            return False
+        lags.append(lag)
     return abs(lags[1] - lags[0]) < LAG_OFF
 
 
@@ -175,10 +181,12 @@ def _whole(energy: Array, enough: float) -> int:
     return int(1.5 * (np.searchsorted(energy, enough) + 1))
 
 
-def _lag(misfit: Array, moving: Array, answer: Array) -> float:
-    """Return by how many samples readings are early, whatever their offset, drift and scale."""
-    others = (np.ones(misfit.size), np.arange(misfit.size), answer)
-    return float(np.linalg.lstsq(np.stack((moving, *others), axis=1), misfit, rcond=None)[0][0])
+def _lag(misfit: Array, moving: Array, answer: Array) -> tuple[float, float]:
+    """Return by how many samples readings are early, whatever their offset, drift and scale, and its sd per V."""
+    others = np.stack((np.ones(misfit.size), np.arange(misfit.size), answer), axis=1)
+    own = moving - others @ np.linalg.lstsq(others, moving, rcond=None)[0]
+    energy = float(own @ own)
+    return (float(own @ misfit) / energy, energy**-0.5) if energy > 0.0 else (0.0, float("inf"))
 
 
 def _placed(y: Array, answer: Array, use: Mask, count: int, scatter: float) -> tuple[int, int, int]:
