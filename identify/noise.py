@@ -12,6 +12,7 @@ import numpy as np
 
 from identify.trace import LONG, Array, Mask, Samples, Trace, blocks, part, regrouped
 
+OFF_GRID = 0.05  # of a step, that a reading on a grid lies off it at most
 ENOUGH = 50  # differences needed before an estimate is trusted
 DWELLS_SHARE = 2.0 / 3.0  # neighbouring differences share a reading: 1 / (1 + 2 / 4) as many are independent
 PERIODS_SHARE = DWELLS_SHARE**2  # differences in time of differences between periods share readings both ways
@@ -75,31 +76,26 @@ def quantisation_rms(traces: Sequence[Trace]) -> float:
 def grid_step_v(traces: Sequence[Trace]) -> float:
     """Return the step of the grid on which the readings of every recording lie, V; 0 when they lie on none.
 
-    A recording of one level lies on any grid.
+    A recording of one level lies on any grid; each may have an offset of its own.
     """
-    step = min((_grid_step(trace) for trace in traces), default=0.0)
-    return step if np.isfinite(step) else 0.0
+    step = min((_smallest_step(trace) for trace in traces), default=float("inf"))
+    return step if np.isfinite(step) and all(_lies_on(trace, step) for trace in traces) else 0.0
 
 
-def _grid_step(trace: Trace) -> float:
-    """Return the smallest step between distinct readings if all are multiples of it, 0 if not, infinity for one."""
-    levels = _levels(trace)
-    if levels.size < 2:
-        return float("inf") if levels.size else 0.0
-    step = float(np.min(np.diff(levels)))
-    offsets = (levels - levels[0]) / step
-    return step if float(np.max(np.abs(offsets - np.rint(offsets)))) < 0.05 else 0.0
+def _smallest_step(trace: Trace) -> float:
+    """Return the smallest difference between the first readings, infinity where all are equal."""
+    levels = np.unique(trace.y[:LONG][good(trace)[:LONG]])
+    return float(np.min(np.diff(levels))) if levels.size > 1 else float("inf")
 
 
-def _levels(trace: Trace) -> Array:
-    """Return the distinct readings in ascending order; none when there are too many for an ADC's steps to matter."""
-    ok, levels = good(trace), np.empty(0)
-    most = min(int(np.count_nonzero(ok)) // 4, LONG)
-    for start, stop in blocks(0, trace.size):
-        levels = np.union1d(levels, trace.y[start:stop][ok[start:stop]])
-        if levels.size > most:
-            return np.empty(0)
-    return levels
+def _lies_on(trace: Trace, step: float) -> bool:
+    """Return whether all readings are whole steps from the first."""
+    ok, start = good(trace), float(trace.y[:1][0])
+    for at in (slice(*ends) for ends in blocks(0, trace.size)):
+        offsets = (trace.y[at][ok[at]] - start) / step
+        if offsets.size and float(np.max(np.abs(offsets - np.rint(offsets)))) >= OFF_GRID:
+            return False
+    return True
 
 
 def good(trace: Trace) -> Mask:

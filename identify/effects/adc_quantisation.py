@@ -50,7 +50,7 @@ class AdcQuantisation(Effect):
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the grid of the readings, where there is one."""
         step = evidence.grid_step_v
-        if step == 0.0:
+        if SMOOTH * step < 0.1 * evidence.observations[0].noise_v:  # none, or none that the noise does not hide
             return []
         spread = np.sqrt(max(evidence.observations[0].noise_v ** 2 - step**2 / 12.0, 0.0))
         tried = sorted({max(float(spread), 0.1 * step), 0.1 * step, 0.3 * step})
