@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from identify.explain.confirm import CONVINCING, adapted, held_out_rms, improvement
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.locate import Located
+from identify.explain.locate import MOST, Located
 from identify.explain.select import Bench
 from identify.observe import Observation, refined
 from identify.unnamed.correction import Correction
@@ -21,8 +21,11 @@ class Proof:
 
 
 def proven(bench: Bench, beyond: Located, test: Sequence[Observation]) -> Proof | None:
-    """Return the best correction, fitted to the end, where it proves itself on held-out data."""
-    if not beyond.significant:
+    """Return the best correction, fitted to the end, where it proves itself on held-out data.
+
+    A table as fine as the data cannot: it says nothing of another time.
+    """
+    if not beyond.significant or len(beyond.best.knots) > MOST:
         return None
     correction, fitted = beyond.fitted[0]
     fitted = bench.refined(fitted.fit.chain).fitted(fitted.fit.chain, fitted.effects)
