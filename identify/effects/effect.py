@@ -46,6 +46,7 @@ class Effect(Stage):
     axis: ClassVar[str]  # the coordinate along which it acts, as in "level of w"
     fingerprint: ClassVar[str]
     places: ClassVar[tuple[Place, ...]]
+    brings: ClassVar[tuple[str, ...]] = ()  # ids of blemishes of the readings that are its own doing
     elsewhere: ClassVar[tuple[Place, ...]] = ()  # where the same law would be other physics than this
     forms: ClassVar[tuple[str, ...]] = ("",)
     declared: ClassVar[tuple[Parameter, ...]]

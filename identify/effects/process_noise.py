@@ -34,6 +34,7 @@ class ProcessNoise(InsidePlay):
     axis = "rate of w"
     fingerprint = "F ratchets: the level creeps outward with hold time"
     places = (Place.G1,)
+    brings = ("coloured_noise",)  # w wanders about its mean
     forms = ("low-pass", "white")
     declared = (SD, BANDWIDTH)
     absent: ClassVar = {"sd": 0.0, "bandwidth": 1e3}

@@ -63,8 +63,9 @@ def _explained(
     kept, dropped = confirmed(bench, earned, data.test)
     kept = replace(kept, hypothesis=bench.finely(kept.hypothesis))
     improved = adapted(kept.hypothesis.fit.chain, data.test)
-    told = reread(readings, improved, kept.hypothesis.names, leave_out)
-    before, after = {b.id for b in readings.found}, {b.id for b in told.found} - {"adc_quantisation"}
+    told = reread(readings, improved, kept.hypothesis.effects, leave_out)
+    own = {blemish for effect in kept.hypothesis.effects for blemish in effect.brings}
+    before, after = {b.id for b in readings.found} - own, {b.id for b in told.found} - {"adc_quantisation"}
     if before - after:  # what only the plain model showed in the readings is none of theirs: it is not looked for
         return _explained(model, traces, hold_out, note, (*leave_out, *(before - after)), against)
     if after - before and kept.beyond.significant:  # what is unexplained looks like blemishes, too

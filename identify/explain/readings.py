@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from identify.chain import Chain, simulate
-from identify.effects.effect import short
+from identify.effects.effect import Effect, short
 from identify.explain.explanation import Finding, Location, Range
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.rivals import OTHERWISE
@@ -105,17 +105,18 @@ def _whitened(
     return replace(data, train=train, test=test, noise=replace(data.noise, rms_v=noise.rms_v)), (noise.blemish,)
 
 
-def reread(readings: Readings, chain: Chain, explained: Sequence[str], leave_out: Sequence[str]) -> Readings:
+def reread(readings: Readings, chain: Chain, explained: Sequence[Effect], leave_out: Sequence[str]) -> Readings:
     """Return the readings with the blemishes that are there against the chain that explains the rest, measured on it.
 
-    The steps of the ADC are told here, where no effect tells of them.
+    The steps of the ADC are told here, where no effect tells of them; what an effect brings along is not told again.
     """
-    noise = tuple(b for b in readings.found if b.id == ColouredNoise.id)
+    own = {blemish for effect in explained for blemish in effect.brings}
+    noise = tuple(b for b in readings.found if b.id == ColouredNoise.id and b.id not in own)
     if noise and coloured_noise(*_left(readings, chain), readings.settle_s) is None:
         noise = ()  # it was physics that does not come back with the stimulus, and is explained
     found = mended(chain, readings.traces, readings.hold_out, readings.data.noise.rms_v, leave_out).found
     found = (*found, *noise)
-    if "adc_quantisation" not in (*explained, *leave_out):
+    if "adc_quantisation" not in (*(effect.id for effect in explained), *leave_out):
         found = (*found, *adc_steps([*readings.traces, *readings.hold_out], readings.data.noise.rms_v))
     return replace(readings, found=found)
 
