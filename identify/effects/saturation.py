@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 UPPER = Parameter("saturation.upper", "V")
 LOWER = Parameter("saturation.lower", "V")
 DEPTHS = np.geomspace(3e-4, 0.7, 24)  # of the range of w, cut off: a rail may only just be met
+TOUCHED = np.geomspace(1e-6, 1e-3, 8)  # of the level: how far a limit cuts that is only just met
 
 
 @final
@@ -38,6 +39,7 @@ class Saturation(Limit):
         ),
         Confusion("soft_saturation", "a staircase with small steps just below the level"),
     )
+    quick = True  # a limit that is only just met
     example: ClassVar = {"upper": 9.7, "lower": -10.4}
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
@@ -48,8 +50,20 @@ class Saturation(Limit):
             if self.form in ("both", name):
                 levels = [(1.0 - depth) * end for depth in DEPTHS] if end else []
                 options = [{**best, name: level} for level in levels]
-                best = evidence.levels(Place.F).best(_clipped, options) or best
+                least = [{**best, name: (1.0 - depth) * end} for depth in TOUCHED] if end else []
+                best = evidence.levels(Place.F).best(_clipped, options) or self._touched(evidence, least) or best
         return [best] if len(best) == len(self.parameters()) else []
+
+
+    def _touched(self, evidence: "Evidence", options: list[dict[str, float]]) -> dict[str, float]:
+        """Return the limit, so near the end of the range that it is only just met, which explains most; {} for none."""
+        if self.form == "both":  # one side after the other: the other form knows how to run one limit
+            absent = {"upper": float("inf"), "lower": float("-inf")}
+            options = [{**absent, **values} for values in options]
+        found = evidence.best(self, options)
+        if not found or evidence.merit(self, found) <= 0.0:
+            return {}
+        return {name: level for name, level in found.items() if np.isfinite(level)}
 
 
 def _clipped(w: Array, values: Mapping[str, float]) -> Array:
