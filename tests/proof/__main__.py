@@ -1,8 +1,8 @@
 """How good is the explainer? ``python -m tests.proof --cases 1320 --seed 1 --jobs 2``: sealed trials, then the tables.
 
 Every trial is appended to ``--out`` as it ends, two lines each: its seal before the tool is asked, its truth and the
-answer after. A study that was cut goes on where it stopped when the same command is given again. ``--write`` puts the
-tables of all trials in the file into the README files.
+answer after. A study that was cut goes on where it stopped when the same command is given again; ``--told`` runs
+nothing more and tells of all that the file has. ``--write`` puts the tables into the README files.
 """
 
 import argparse
@@ -32,6 +32,9 @@ def main(words: list[str] | None = None) -> None:
     """Run the trials that are wanted and not yet answered, then print what they show."""
     wanted = arguments(words)
     effects = known_effects()
+    if wanted.told:
+        told(wanted, list(answered(wanted.out, REPLY)))
+        return
     keys = list(islice(selected(wanted, effects), wanted.cases))
     done = answered(wanted.out, REPLY)
     todo = [key for key in keys if key.text not in done]
@@ -63,6 +66,7 @@ def arguments(words: list[str] | None = None) -> argparse.Namespace:
                         choices=sorted(NAMED | UNNAMED), metavar="ID")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("proof.jsonl"))
+    parser.add_argument("--told", action="store_true", help="run nothing: the tables of what has been answered")
     parser.add_argument("--write", action="store_true", help="write the tables into the README files")
     wanted = parser.parse_args(words)
     if wanted.effect and set(wanted.stratum or ()) & {"null", "pair"}:

@@ -35,6 +35,9 @@ def test_the_seal_stands_before_the_answer_and_what_is_answered_is_not_asked_aga
     main(["--stratum", "null", "--cases", "1", "--seed", "3", "--out", str(study)])
     assert "1 trials, 1 of them answered before" in capsys.readouterr().out
     assert len(study.read_text().splitlines()) == len(lines) + 1
+    main(["--told", "--out", str(study)])
+    assert "1 sealed trials" in capsys.readouterr().out
+    assert len(study.read_text().splitlines()) == len(lines) + 1
 
 
 @pytest.mark.parametrize("words", [("--effect", "gremlins"), ("--stratum", "null", "--effect", "hum")])
