@@ -22,6 +22,7 @@ STEPS = 3
 WIDEST = 1.0  # a step of a value searched in its log, at most
 ENOUGH = 0.3  # of chi-squared: a step that gains less is the last
 SHORTER = 0.25
+STEADY = 3.0  # times what the last step gained that further ones may gain
 UNSURE = 2.0  # times the error of the first order: by as much a fit may differ
 
 
@@ -29,7 +30,8 @@ UNSURE = 2.0  # times the error of the first order: by as much a fit may differ
 class Promise:
     """A candidate at its best values: its chain with the plain parameters moved, too, and the fall of chi-squared.
 
-    ``slack`` is by how much the fall was mistaken where the plain parameters were moved: a fit may differ by as much.
+    ``slack`` is by how much a fit may differ: by what the fall was mistaken where the plain parameters were moved, and
+    by what more steps would gain.
     """
 
     candidate: Candidate
@@ -43,11 +45,12 @@ def promised(evidence: Evidence, candidate: Candidate) -> Promise:
     evidence = evidence.seen_by(candidate.effect)
     chain = candidate.effect.put_in(evidence.chain, candidate.values)
     change = evidence.change(chain)
-    gain = evidence.gained(change)
+    gain, risen = evidence.gained(change), 0.0
     for _ in range(STEPS):
         coordinates = _own(evidence, chain)
         better = _stepped(evidence, chain, coordinates, change, gain) if coordinates else None
         if better is None:
+            risen = 0.0
             break
         risen, (chain, change, gain) = better[2] - gain, better
         if risen < ENOUGH:
@@ -56,7 +59,7 @@ def promised(evidence: Evidence, candidate: Candidate) -> Promise:
     kept = evidence.change(there)
     fallen = float(kept @ (2.0 * evidence.residual - kept))
     slack = abs(gain - fallen) if np.isfinite(fallen) else float("inf")
-    return Promise(candidate, there, gain, UNSURE * slack)
+    return Promise(candidate, there, gain, UNSURE * slack + STEADY * risen)
 
 
 def _own(evidence: Evidence, chain: Chain) -> tuple[Coordinate, ...]:

@@ -25,9 +25,9 @@ from identify.thinning import thinned
 MOST_EFFECTS = 4
 NEXT = 2e-4  # share of what is explained already that one more effect must explain: a rig file is not exact either
 SPRINT = 4  # iterations in which candidates are fitted side by side
-LAPS = 9
+LAPS = 12
 DECISIVE = 1.0  # of chi-squared: what a candidate may still gain below this changes no odds
-STEADY = 3.0  # times what a lap gained that the laps to come may gain
+STEADY = 10.0  # times what a lap gained that the laps to come may gain
 NEAR, FAR = 200.0, 0.3  # of chi-squared, and share of the best fall: a fit further behind the best is not continued
 STEPPED = 5  # rivals that are fitted again on a finer grid
 EXCHANGED = 4  # rivals that an effect chosen early is exchanged for
@@ -116,8 +116,7 @@ class Bench:
         hopes = [np.inf] * len(found)
         for _ in range(LAPS):
             best = min(found, key=lambda h: h.chi2, default=base)
-            done = best.misfit < NOISE_KNOWN  # nothing can be much better than the noise
-            reach = max(NEAR, 0.0 if done else FAR * (base.chi2 - best.chi2))
+            reach = max(NEAR, FAR * (base.chi2 - best.chi2))
             running = [
                 not h.fit.converged and h.chi2 - best.chi2 < min(reach, max(COMPARED, hope)) and hope > DECISIVE
                 for h, hope in zip(found, hopes, strict=True)

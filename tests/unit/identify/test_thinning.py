@@ -21,7 +21,7 @@ NOISE_V = 0.01
 PLAYED = (staircase("stairs", FIG13_LEVELS_V, 0.12, 2), sine("sine", 31.25, 8.0, 25, 1))
 CONCEALED = (
     ("offset_drift", Place.SENSE, Concealed("offset_drift", {"rate": 0.005}), {"rate": 0.005}),
-    ("saturation", Place.F, Concealed("saturation", {"upper": 17.9, "lower": -17.9}), {"upper": 17.9, "lower": -17.9}),
+    ("soft_saturation", Place.F, Concealed("soft_saturation", {"level": 90.0}), {"level": 90.0}),
     ("second_play", Place.F, Concealed("second_play", {"gap": 1.0, "weight": 0.01}), {"gap": 1.0, "weight": 0.01}),
     ("plateau_tilt", Place.F, Concealed("plateau_tilt", {"k": 0.002}), {"k": 0.002}),
     ("ac_coupling", Place.SENSE, Concealed("ac_coupling", {"tau": 300.0}), {"T": 300.0}),
