@@ -10,7 +10,16 @@ from hypothesis import strategies as st
 from scipy.stats import chi2
 
 from identify import noise as noise_module
-from identify.noise import BEGINNINGS, good, noise_of, period_of, quantisation_rms, settled_dwells, stretches
+from identify.noise import (
+    BEGINNINGS,
+    good,
+    grid_step_v,
+    noise_of,
+    period_of,
+    quantisation_rms,
+    settled_dwells,
+    stretches,
+)
 from identify.trace import LONG, Step, Trace, blocks
 from tests.proof.rigs import OP_AMP, RC
 from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
@@ -107,6 +116,17 @@ def test_a_quiet_reading_on_a_coarse_grid_has_the_noise_of_its_steps():
     assert quantisation_rms([coarse]) == pytest.approx(lsb / np.sqrt(12.0), rel=1e-6)
     assert noise_of([coarse], SETTLE_S).rms_v >= 0.999 * lsb / np.sqrt(12.0)
     assert quantisation_rms([PERIODS]) == 0.0
+
+
+def test_readings_lie_on_a_grid_however_many_levels_they_take():
+    rng = np.random.default_rng(5)
+    y = 0.0037 * np.rint(rng.uniform(-9.0, 9.0, 8000) / 0.0037) + 0.0011
+    on = Trace("on", 1e3, np.zeros(8000), y)
+    off = Trace("off", 1e3, np.zeros(8000), np.where(np.arange(8000) == 4321, y + 0.0015, y))
+    assert grid_step_v([on]) == pytest.approx(0.0037, rel=1e-6)
+    assert grid_step_v([on, off]) == 0.0
+    assert grid_step_v([Trace("free", 1e3, np.zeros(800), rng.standard_normal(800))]) == 0.0
+
 
 
 @settings(max_examples=50, deadline=None)

@@ -68,6 +68,28 @@ def test_what_an_effect_was_exchanged_for_is_among_its_rivals(bench, rounds):
     assert all((other.id, other.probability < 0.5) == ("soft_saturation", True) for other in others)
 
 
+def test_a_form_with_one_parameter_more_is_tried_where_the_best_leaves_more_than_noise(bench):
+    base, rail = bench.fitted(bench.plain, ()), fitted(bench, RAIL)
+    (both,) = bench.fuller(base, [rail])  # the feedthrough is not explained yet
+    assert both.effects == (catalogue()["saturation"](Place.F, "both"),)
+    assert both.fit.chain.values["saturation.lower"] == pytest.approx(-16.3, abs=0.05)
+    assert bench.fuller(base, [fitted(bench, RAIL, BYPASS)]) == []
+
+
+def test_a_fit_on_coarser_grids_ends_where_one_on_the_grids_of_the_bench_does():
+    concealed = (Concealed("dead_time", {"delay": 263.4e-6}),)
+    late = recorded(RC, staircase("walk", FIG13_LEVELS_V, 0.05), concealed)
+    bench = Bench(chain_of(model_of(RC)), (observed(noisy(late, 2e-3, 5), 2e-3, 16),), (), ())
+    delay = catalogue()["dead_time"](Place.G2)
+    found = bench.fitted(bench.with_effects([delay], {"dead_time.delay": 2e-4}), [delay])
+    finely = bench.finely(found)
+    assert found.chi2 == pytest.approx(finely.chi2, abs=0.5)
+    for name in ("dead_time.delay", "G1.den.s1", "F.D_L"):
+        assert found.fit.chain.values[name] == pytest.approx(
+            finely.fit.chain.values[name], abs=0.2 * finely.fit.sd(name)
+        )
+
+
 def test_what_came_close_is_compared_on_grids_fine_enough_for_all_of_it():
     late = recorded(RC, staircase("walk", FIG13_LEVELS_V, 0.02), (Concealed("dead_time", {"delay": 63.4e-6}),))
     observation = observed(noisy(late, 2e-3, 5), 2e-3, 1)
