@@ -134,6 +134,12 @@ def plain_chain(model: Model, intersample: Intersample = "held") -> Chain:
     return Chain((source, g1, f, g2), values)
 
 
+def is_late(chain: Chain) -> bool:
+    """Return whether a chain has a dead time, searched or held."""
+    source = chain.stage_of(Source)
+    return source is not None and bool(source.delays or source.fixed_delay_s)
+
+
 def as_promised(chain: Chain, model: Model) -> Chain:
     """Return the chain of a model with its borders' slopes tied where the rig file promises one slope for both."""
     tied = isinstance(model.f, Backlash) and model.f.tied and chain.stage_of(Play) is not None

@@ -6,7 +6,7 @@ from dataclasses import replace
 from identify.chain import Chain, model_of
 from identify.effects import physics_in, would_separate
 from identify.effects.effect import Effect, short
-from identify.explain.confirm import adapted, held_out_rms
+from identify.explain.confirm import CONVINCING, adapted, held_out_rms, would_tell
 from identify.explain.explanation import (
     Explanation,
     Finding,
@@ -236,11 +236,21 @@ class Answer:
             "it is not reported; hold out runs that reach it"
             for effect in self.dropped
         ]
+        found += [
+            f"{effect.id} at {effect.place.label} is told by the training runs alone: what is held out hardly shows it"
+            for effect in self.better.effects if self._untold(effect)
+        ]  # fmt: skip
         if not self.plain.fit.converged:
             found.append(f"the plain fit did not converge: {self.plain.fit.sentence}")
         if not self.better.fit.converged:
             found.append(f"the improved fit did not converge: {self.better.fit.sentence}")
         return found
+
+    def _untold(self, effect: Effect) -> bool:
+        """Return whether the held-out data could not tell an effect from none."""
+        test, without = self.data.test, self.bench.without(self.better, effect)
+        better, worse = adapted(self.better.fit.chain, test), adapted(without.fit.chain, test)
+        return would_tell(better, worse, test) <= CONVINCING
 
 
 def _stretch(part: Range) -> str:

@@ -50,3 +50,9 @@ def improvement(better: Chain, worse: Chain, observations: Sequence[Observation]
         white += float(np.sum(np.square(d))) * o.noise_v**2
     error = float(np.sqrt(max(chance, white)))
     return min(side, fall) / error if error > 0.0 else 0.0
+
+
+def would_tell(better: Chain, worse: Chain, observations: Sequence[Observation]) -> float:
+    """Return by how many standard errors held-out data would side with ``better`` if it were right."""
+    changes = (o.used_residual(worse) - o.used_residual(better) for o in observations)
+    return float(np.sqrt(sum(float(d @ d) / o.noise_v**2 for d, o in zip(changes, observations, strict=True))))

@@ -9,7 +9,7 @@ from identify.chain import Chain, as_promised
 from identify.effects import catalogue, chain_of
 from identify.effects.effect import Effect
 from identify.explain.answer import Answer
-from identify.explain.confirm import CONVINCING, adapted, improvement
+from identify.explain.confirm import CONVINCING, adapted, improvement, would_tell
 from identify.explain.explanation import Explanation
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import located
@@ -63,17 +63,17 @@ def _explained(
     kept, dropped = confirmed(bench, earned, data.test)
     kept = replace(kept, hypothesis=bench.finely(kept.hypothesis))
     improved = adapted(kept.hypothesis.fit.chain, data.test)
-    told = reread(readings, improved, kept.hypothesis.effects, leave_out)
+    reading = reread(readings, improved, kept.hypothesis.effects, leave_out)
     own = {blemish for effect in kept.hypothesis.effects for blemish in effect.brings}
-    before, after = {b.id for b in readings.found} - own, {b.id for b in told.found} - {"adc_quantisation"}
+    before, after = {b.id for b in readings.found} - own, {b.id for b in reading.found} - {"adc_quantisation"}
     if before - after:  # what only the plain model showed in the readings is none of theirs: it is not looked for
         return _explained(model, traces, hold_out, note, (*leave_out, *(before - after)), against)
     if after - before and kept.beyond.significant:  # what is unexplained looks like blemishes, too
-        told = replace(told, found=tuple(b for b in told.found if b.id not in after - before))
+        reading = replace(reading, found=tuple(b for b in reading.found if b.id not in after - before))
     elif after - before and against is None:  # what the mismatch had hidden: all is explained once more without it
         return _explained(model, traces, hold_out, note, leave_out, improved)
     note("done", 1.0)
-    return Answer(model, data, bench, plain, kept, rounds, dropped, told, seen).explanation()
+    return Answer(model, data, bench, plain, kept, rounds, dropped, reading, seen).explanation()
 
 
 def _silent(sentence: str, share: float) -> None:
@@ -93,12 +93,12 @@ def prepared(model: Model, data: Split, leave_out: Sequence[str] = ()) -> tuple[
 def confirmed(
     bench: Bench, earned: Warranted, test: Sequence[Observation]
 ) -> tuple[Warranted, tuple[Effect, ...]]:
-    """Drop effects that do not make held-out data fit better; return what is left and what was dropped."""
+    """Drop effects that do not make held-out data fit better, where these could tell; return the rest and those."""
     hypothesis, dropped = earned.hypothesis, []
     for effect in earned.hypothesis.effects:
         without = bench.without(hypothesis, effect)
         better, worse = adapted(hypothesis.fit.chain, test), adapted(without.fit.chain, test)
-        if improvement(better, worse, test) < CONVINCING:
+        if improvement(better, worse, test) < CONVINCING < would_tell(better, worse, test):
             hypothesis = without
             dropped.append(effect)
     beyond = located(bench, hypothesis) if dropped else earned.beyond

@@ -7,6 +7,7 @@ from scipy.stats import chi2 as chi2_distribution
 
 from identify.effects.effect import Effect
 from identify.fit import Fit
+from identify.stage import Parameter
 
 FALSE_DISCOVERIES = 0.01  # share of findings on the training data that may be chance
 WORTH = 0.2  # share of a misfit beyond the noise an effect must explain: less is what any wrong effect absorbs
@@ -52,9 +53,14 @@ class Hypothesis:
         """Return the fall of chi-squared from another hypothesis, what neither explains counted as noise."""
         return self.count * log(other.chi2 / self.chi2)
 
+    @property
+    def freedom(self) -> int:
+        """Return how many numbers noise alone could use; the phase of a line that is not there brings its amplitude."""
+        return sum(1 + is_angle(c.parameter) for c in self.fit.coordinates)
+
     def p_value(self, other: "Hypothesis") -> float:
         """Return how likely noise alone would let chi-squared fall so far from a hypothesis with less in it."""
-        return float(chi2_distribution.sf(max(self.fall(other), 0.0), max(self.parameters - other.parameters, 1)))
+        return float(chi2_distribution.sf(max(self.fall(other), 0.0), max(self.freedom - other.freedom, 1)))
 
     def gains_enough(self, other: "Hypothesis") -> bool:
         """Return whether chi-squared falls by more than what a wrong effect takes of a misfit that is not its own.
@@ -67,6 +73,11 @@ class Hypothesis:
     def share(self, other: "Hypothesis") -> float:
         """Return which share of what ``other`` leaves beyond the noise this hypothesis explains."""
         return (other.chi2 - self.chi2) / max(other.chi2 - other.count, NOISE_KNOWN * other.count)
+
+
+def is_angle(parameter: Parameter) -> bool:
+    """Return whether every run has an angle of its own here, as of a line that is free of the stimulus."""
+    return parameter.local and parameter.unit == "rad"
 
 
 def is_discovery(p_value: float, tried: int) -> bool:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from scipy.stats import chi2 as chi2_distribution
 
 from identify.evidence import Candidate
-from identify.explain.hypothesis import Hypothesis, is_discovery
+from identify.explain.hypothesis import Hypothesis, is_angle, is_discovery
 from identify.explain.promise import Promise
 
 LOOKED_AT = 16  # candidates whose own parameters are fitted to first order
@@ -77,7 +77,7 @@ def hopeful(screened: Sequence[Candidate], runs: int) -> list[Candidate]:
 
 def chance(candidate: Candidate, gain: float, runs: int) -> float:
     """Return how likely noise alone would make an effect, its parameters free, gain so much."""
-    parameters = sum(runs if p.local else 1 for p in candidate.effect.parameters())
+    parameters = sum((1 + is_angle(p)) * (runs if p.local else 1) for p in candidate.effect.parameters())
     return float(chi2_distribution.sf(max(gain, 0.0), parameters))
 
 

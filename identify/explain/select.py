@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.linalg import LinAlgError
 
-from identify.chain import Chain
+from identify.chain import Chain, is_late
 from identify.effects.effect import Effect
 from identify.evidence import Evidence, candidates
 from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
@@ -75,7 +75,12 @@ class Bench:
         return replace(hypothesis, fit=found, chi2=chi2)
 
     def _coarsened(self, chain: Chain) -> tuple[Observation, ...]:
-        """Return the data on coarser grids, with what their own add to the answer of ``chain``."""
+        """Return the data on coarser grids, with what their own add to an answer of ``chain``; where late, on finer.
+
+        F meets a late v between the instants of a grid: what a finer one adds then changes with every value.
+        """
+        if is_late(chain):
+            return tuple(refined(o, chain) for o in self.observations)
         try:
             with np.errstate(over="ignore", invalid="ignore"):
                 return tuple(coarsened(o, chain, COARSER) for o in self.observations)
@@ -221,6 +226,8 @@ class Bench:
 
 def _alike(some: Sequence[Observation], others: Sequence[Observation]) -> bool:
     """Return whether a matched test would not tell what is added to an answer here from what is added there."""
+    if any(a.substeps != b.substeps for a, b in zip(some, others, strict=True)):
+        return False
     pairs = [(a.left_out, b.left_out) for a, b in zip(some, others, strict=True)]
     changes = [a - b for a, b in pairs if a is not None and b is not None]
     return bool(sum(float(change @ change) for change in changes) < MOVED**2)

@@ -90,7 +90,10 @@ def _still(chain: Chain, observation: Observation) -> Mask:
 
 
 def _windows(observation: Observation, evidence: Evidence, window_s: float) -> tuple[Array, Array, Array]:
-    """Return the middle of every window on the clock, the mean residual in it in V, and its weight in chi-squared."""
+    """Return the middle of every window on the clock, the mean residual in it in V, and its weight in chi-squared.
+
+    The noise is that within the windows where it is larger than what was told of it.
+    """
     size = max(round(window_s / evidence.sample_s), 1)
     number = np.arange(observation.trace.size) // size
     residual = np.where(observation.use, observation.residual(evidence.chain), 0.0)
@@ -98,5 +101,7 @@ def _windows(observation: Observation, evidence: Evidence, window_s: float) -> t
     mean = np.bincount(number, residual) / np.maximum(count, 1)
     middle = observation.trace.start_s + (np.arange(count.size) + 0.5) * size * evidence.sample_s
     kept = count > 0
-    squares = count * np.square(mean / observation.noise_v)
+    scatter = np.where(observation.use, np.square(residual - mean[number]), 0.0)
+    noise2 = max(float(np.sum(scatter)) / max(float(np.sum(count - 1.0, where=kept)), 1.0), observation.noise_v**2)
+    squares = count * np.square(mean) / noise2
     return np.asarray(middle[kept], dtype=np.float64), mean[kept], np.asarray(squares[kept], dtype=np.float64)
