@@ -102,5 +102,5 @@ def test_what_came_close_is_compared_on_grids_fine_enough_for_all_of_it():
     assert decided.base.effects == ()
     assert {h.effects for h in decided.tried} == {(delay,), (pole,)}
     again = next(h for h in decided.tried if h.effects == (delay,))
-    assert again.chi2 < tried[1].chi2 - 100.0  # a delay bends v between two samples, where a coarse grid does not look
+    assert again.chi2 == pytest.approx(tried[1].chi2, abs=1.0)  # a delay is fitted as finely as it needs from the first
     assert again.fit.chain.values["dead_time.delay"] == pytest.approx(63.4e-6, rel=0.05)
