@@ -31,6 +31,7 @@ ALONE = 1.0  # sd that spikes may be smaller than the threshold: else they are t
 JUMP = 0.02  # of the range of u: a step of the stimulus, at which a reading may be off for other reasons
 AFTER_JUMP = 4  # samples
 Samples = NDArray[np.intp]  # numbers of samples
+MOSTLY, MOSTLY_SD = 0.95, float(norm.ppf(0.975))  # of readings, and within how many sd so many Gaussian ones lie
 TO_SD = 1.0 / norm.ppf(0.75)  # a median deviation as a standard deviation
 CONTRADICTED = 1e-3  # chance of so few spikes on held-out readings
 
@@ -80,6 +81,8 @@ def outliers(trace: Trace, residual: Array, lsb_v: float = 0.0) -> Outliers:
     alone = residual - median_filter(residual, BESIDE, mode="nearest")
     deviation = np.abs(alone)
     sd_v = max(TO_SD * float(np.median(deviation[use])) if use.any() else 0.0, FLICKER * lsb_v)
+    if lsb_v and use.any():  # the median of readings in steps is a step, too
+        sd_v = max(sd_v, float(np.quantile(deviation[use], MOSTLY)) / MOSTLY_SD)
     calm = TO_SD * median_filter(deviation, AROUND, mode="nearest") <= DISTURBED * sd_v
     return Outliers(trace, alone / (sd_v or np.inf), sd_v, use & calm & ~_jumps(trace.u[:]))
 
