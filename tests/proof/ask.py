@@ -17,7 +17,7 @@ from identify.trace import Step, Trace
 from tests.proof.bench import Playable, Run, record
 from tests.trials import model_of
 
-MOST_S = 600.0  # of processor time: an answer that takes longer is none
+MOST_S = 150.0  # of processor time: an answer that takes longer is none
 
 
 @dataclass(frozen=True)

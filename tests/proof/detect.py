@@ -78,6 +78,11 @@ class Sensed:
         """Return the z of one piece of physics."""
         return float(np.linalg.norm(self._left(self._change(concealed, self.case.seed)))) / self.case.rig.noise_v
 
+    def z_of_signal(self, concealed: Concealed) -> float:
+        """Return the z of physics that moves readings in time: what that does to their noise tells nothing."""
+        change = self.answers(self.case.rig, (concealed,), self.case.seed) - self.answers(self.case.rig)
+        return float(np.linalg.norm(self._left(change))) / self.case.rig.noise_v
+
     def z_of_mean(self, concealed: Concealed) -> float:
         """Return the z of the mean effect of physics in which chance rules, in the noise that its chance adds to.
 

@@ -27,6 +27,7 @@ Z = {"single": (10.0, 3000.0), "pair": (30.0, 1500.0), "outside": (30.0, 3000.0)
 OFF = 0.05  # of every value of the rig file
 ALIKE = ({"source_pole", "extra_pole"},)  # the same data, wherever the other is
 SEEN = {"spikes", "missing_samples"}  # one of them is already more than noise hides
+LOTS = 50  # draws of what has no size, of which one must show
 ALONE = {"backlash", "unequal_slopes"}  # they change what the plain model is
 
 
@@ -133,11 +134,21 @@ def _variant(rng: Rng, effect: str) -> Kind:
 def _piece(trial: Trial, kind: Kind, rng: Rng) -> tuple[Concealed, float]:
     """Return physics of about the z that is drawn, as far as it can be made that strong, and the z it has."""
     sensed = Sensed(trial)
+    least, most = Z[trial.key.stratum]
+    if kind.drawn:
+        return _lot(sensed, kind, rng, least)
     values = kind.draw(rng, sensed.reach)
     z = sensed.z_of_mean if kind.chance else sensed.z_of_spectrum if kind.spectral else sensed.z
-    wanted = between(rng, *Z[trial.key.stratum])
-    if kind.drawn:
-        concealed = Concealed(kind.law, values(1.0))
-        return concealed, z(concealed)
+    wanted = between(rng, least, most)
     found, reached = strength(lambda s: z(Concealed(kind.law, values(s))), wanted)
     return Concealed(kind.law, values(found)), reached
+
+
+def _lot(sensed: Sensed, kind: Kind, rng: Rng, least: float) -> tuple[Concealed, float]:
+    """Return physics without a size that happens to show at least as clearly as is asked, and its z."""
+    for _ in range(LOTS):
+        concealed = Concealed(kind.law, kind.draw(rng, sensed.reach)(1.0))
+        z = sensed.z_of_signal(concealed)
+        if z >= least:
+            return concealed, z
+    raise ValueError(f"none of {LOTS} draws of {kind.id} shows as clearly as z = {least:g}")
