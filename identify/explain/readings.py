@@ -7,7 +7,7 @@ and the recordings are looked at once more against that: what only a model led a
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from identify.chain import Chain, simulate
+from identify.chain import Chain
 from identify.effects.effect import Effect, short
 from identify.explain.explanation import Finding, Location, Range
 from identify.explain.hypothesis import Hypothesis
@@ -19,7 +19,7 @@ from identify.natural_units import shown_interval
 from identify.readings.blemish import Blemish
 from identify.readings.coloured_noise import ColouredNoise, coloured_noise
 from identify.readings.grid import adc_steps
-from identify.readings.mend import Mended, mended
+from identify.readings.mend import Mended, answer, mended
 from identify.stage import Place
 from identify.trace import Trace
 
@@ -124,7 +124,7 @@ def reread(readings: Readings, chain: Chain, explained: Sequence[Effect], leave_
 def _left(readings: Readings, chain: Chain) -> tuple[list[Trace], list[Trace]]:
     """Return the recordings less what a chain answers."""
     train, test = (
-        [replace(trace, y=trace.y[:] - simulate(chain, trace)) for trace in traces]
+        [replace(trace, y=trace.y[:] - answer(chain, trace, readings.data.noise.rms_v)) for trace in traces]
         for traces in (readings.traces, readings.hold_out)
     )
     return train, test

@@ -7,10 +7,11 @@ import numpy as np
 
 from identify.chain import Chain, simulate
 from identify.noise import good, grid_step_v
+from identify.observe import Observation, refined
 from identify.readings.blemish import Blemish
 from identify.readings.missing_samples import Loss, loss_in
 from identify.readings.spikes import Samples, outliers, spikes
-from identify.trace import Trace
+from identify.trace import Array, Trace
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ def mended(
     """
     found: list[Blemish] = []
     traces = [*training, *proof]
-    answers = [simulate(chain, trace) for trace in traces]
+    answers = [answer(chain, trace, noise_v) for trace in traces]
     if "missing_samples" not in leave_out:
         losses = [loss_in(trace, answer, noise_v, rough) for trace, answer in zip(traces, answers, strict=True)]
         if rough:
@@ -48,6 +49,12 @@ def mended(
             found += told
             traces = [without(t, o.beyond(threshold)) for t, o in zip(traces, seen, strict=True)]
     return Mended(tuple(traces[: len(training)]), tuple(traces[len(training) :]), tuple(found))
+
+
+def answer(chain: Chain, trace: Trace, noise_v: float) -> Array:
+    """Return what a chain answers, V, shape (N,), on a grid so fine that stepping does not show: it makes outliers."""
+    substeps = refined(Observation(trace, good(trace), noise_v), chain).substeps
+    return simulate(chain, trace, substeps)
 
 
 def _surest(losses: Sequence[Loss | None]) -> list[Loss | None]:
