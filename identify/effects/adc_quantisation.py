@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 LSB = Parameter("adc_quantisation.LSB", "V", "log")
 NOISE = Parameter("adc_quantisation.noise", "V", "log", within=30.0)
 SMOOTH = 1.0  # noise over step from which on the mean reading shows no steps: they are 1e-9 of an LSB
+BEYOND = 9.0  # sd: noise does not reach an edge so far off
 LEAST = 0.02  # of a step: noise below it is not told from none
 
 
@@ -65,5 +66,7 @@ def rounded_mean(y: Array, lsb: float, noise: float) -> Array:
     part = scaled - whole
     mean = whole.copy()
     for edge in (0.5, 1.5, 2.5, 3.5):
+        if edge - 0.5 > BEYOND * width:
+            break
         mean += ndtr((part - edge) / width) - ndtr((-part - edge) / width)
     return np.asarray(lsb * mean)
