@@ -33,8 +33,8 @@ STEPPED = 5  # rivals that are fitted again on a finer grid
 EXCHANGED = 4  # rivals that an effect chosen early is exchanged for
 ITERATIONS = 40
 COARSER = 4  # instants of a grid to one of that on which a fit is searched
-ROUNDS = 8  # of measuring what finer grids add, at most
-MOVED = 0.1  # standard deviations of a matched test by which that may still change
+ROUNDS = 3  # of measuring what finer grids add, at most
+MOVED = 0.3  # standard deviations of a matched test by which that may still change
 TURNS = 4  # times phases are looked for anew once the rest has moved
 
 Note = Callable[[str, float], None]
