@@ -15,12 +15,11 @@ from identify.effects.effect import short
 from identify.explain.confirm import adapted, held_out_rms
 from identify.explain.contenders import Contender, contenders
 from identify.explain.explanation import Alternative, Explanation, Finding, Residuals
+from identify.explain.rivals import MENTIONED
 from identify.interval import Interval
 from identify.natural_units import shown_interval
 from identify.observe import pooled_rms
 from identify.uncertainty.inflation import inflation
-
-EXCLUDED = 0.01  # probability below which a member of a set is excluded
 
 
 def revised(told: Explanation, sets: Sequence[Sequence[Contender]]) -> Explanation:
@@ -51,7 +50,7 @@ def _weighed(told: Explanation, finding: Finding, members: Sequence[Contender]) 
     odds = {m.label: exp(0.5 * (best.price(count) - m.price(count))) for m in tested}
     whole = sum(o.probability for o in finding.could_also_be if o.id not in {m.id for m in members if m.exact})
     share = (finding.probability + whole) / sum(odds.values())
-    others = [m for m in tested if m is not best and odds[m.label] > EXCLUDED]
+    others = [m for m in tested if m is not best and share * odds[m.label] > MENTIONED]
     doubts = [Alternative(m.id, m.stage, share * odds[m.label]) for m in others]
     if best is members[0]:
         doubts += [o for o in finding.could_also_be if any(m.exact and m.id == o.id for m in members)]
