@@ -89,11 +89,14 @@ def _smallest_step(trace: Trace) -> float:
 
 
 def _lies_on(trace: Trace, step: float) -> bool:
-    """Return whether all readings are whole steps from the first."""
-    ok, start = good(trace), float(trace.y[:1][0])
-    for at in (slice(*ends) for ends in blocks(0, trace.size)):
-        offsets = (trace.y[at][ok[at]] - start) / step
-        if offsets.size and float(np.max(np.abs(offsets - np.rint(offsets)))) >= OFF_GRID:
+    """Return whether all readings that were received are whole steps from the first of them."""
+    ok = good(trace)
+    received = (trace.y[a:b][ok[a:b]] for a, b in blocks(0, trace.size))
+    start: float | None = None
+    for readings in (each for each in received if each.size):
+        start = float(readings[0]) if start is None else start
+        offsets = (readings - start) / step
+        if float(np.max(np.abs(offsets - np.rint(offsets)))) >= OFF_GRID:
             return False
     return True
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from identify.effects.adc_quantisation import AdcQuantisation
 from identify.interval import Interval
-from identify.noise import OFF_GRID, grid_step_v
+from identify.noise import OFF_GRID, good, grid_step_v
 from identify.readings.blemish import Blemish
 from identify.trace import Trace
 
@@ -36,7 +36,7 @@ def adc_steps(traces: Sequence[Trace], noise_v: float) -> tuple[AdcSteps, ...]:
     step = grid_step_v(traces)
     if step < COARSE * noise_v:
         return ()
-    distinct = sum(np.unique(trace.y[:]).size for trace in traces)
-    spanned = max(float(np.ptp(trace.y[:])) for trace in traces) / step
+    levels = [np.unique(trace.y[:][good(trace)]) for trace in traces]
+    distinct, spanned = sum(each.size for each in levels), max(float(np.ptp(each)) for each in levels) / step
     known = OFF_GRID * step / max(spanned, 1.0)  # no reading lies further off the grid
     return (AdcSteps({"LSB": Interval(step, step - known, step + known)}, float(0.1 ** min(distinct, 300))),)

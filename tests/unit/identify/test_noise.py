@@ -125,6 +125,10 @@ def test_readings_lie_on_a_grid_however_many_levels_they_take():
     off = Trace("off", 1e3, np.zeros(8000), np.where(np.arange(8000) == 4321, y + 0.0015, y))
     assert grid_step_v([on]) == pytest.approx(0.0037, rel=1e-6)
     assert grid_step_v([on, off]) == 0.0
+    lost = np.arange(8000) != 0
+    holed = replace(off, y=np.where(lost, off.y, np.nan), valid=lost)
+    assert grid_step_v([holed]) == 0.0
+    assert grid_step_v([replace(holed, y=np.where(lost, y, np.nan))]) == pytest.approx(0.0037, rel=1e-6)
     assert grid_step_v([Trace("free", 1e3, np.zeros(800), rng.standard_normal(800))]) == 0.0
 
 
