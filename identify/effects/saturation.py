@@ -57,9 +57,8 @@ class Saturation(Limit):
 
     def _touched(self, evidence: "Evidence", options: list[dict[str, float]]) -> dict[str, float]:
         """Return the limit, so near the end of the range that it is only just met, which explains most; {} for none."""
-        if self.form == "both":  # one side after the other: the other form knows how to run one limit
-            absent = {"upper": float("inf"), "lower": float("-inf")}
-            options = [{**absent, **values} for values in options]
+        if self.form == "both":  # one side after the other: the one that is not there yet limits nothing
+            options = [{**self.absent, **values} for values in options]
         found = evidence.best(self, options)
         if not found or evidence.merit(self, found) <= 0.0:
             return {}
