@@ -4,10 +4,12 @@ The protocol is in ``serial_messages``. An address is ``serial:PORT``, with ``?b
 baud rate that matters.
 """
 
+import math
 import time
 from dataclasses import dataclass, field
 from typing import final
 
+import numpy as np
 from serial.tools import list_ports
 
 from drivers.converter import adc, dac
@@ -103,7 +105,7 @@ class SerialDaq(Device):
     def _begin(self, u: Array, rate_hz: float, safe_level_v: float, ramp_s: float) -> None:
         codes = dac(self.capabilities()).codes(u)
         window = int(WINDOW_S * self._link.bytes_per_s / width(self._can.output_bits))
-        self._link.ask(f"ARM {codes.size} {self._divider(rate_hz)} {safe_level_v!r} {ramp_s!r}")
+        self._link.ask(f"ARM {codes.size} {self._divider(rate_hz)} {self._ramp(safe_level_v, ramp_s)}")
         self._link.forget()
         self._run = run = _Run(Outgoing(codes, self._can.output_bits, self._can.output_fifo, window),
                                Incoming(codes.size), Status(False, Condition.FINE, 0, 0, 0))
@@ -190,7 +192,7 @@ class SerialDaq(Device):
 
     def _safe(self, level_v: float, ramp_s: float) -> None:
         self._run = None
-        self._link.ask(f"SAFE {level_v!r} {ramp_s!r}")
+        self._link.ask(f"SAFE {self._ramp(level_v, ramp_s)}")
         deadline = time.monotonic() + ramp_s + CONFIRM_S
         while time.monotonic() < deadline:
             state, level = self._output()
@@ -200,12 +202,20 @@ class SerialDaq(Device):
         raise DeviceError("the device did not reach the level", where=str(self.identity()),
                           value=f"{level} V, {state}", allowed=f"{level_v:g} V", do="switch the rig off by hand")
 
+    def _ramp(self, level_v: float, ramp_s: float) -> str:
+        """Return how the device is told of a level and the time to get there."""
+        return f"{dac(self.capabilities()).codes(np.array([level_v]))[0]} {math.ceil(ramp_s * 1000)}"
+
+    def _volts(self, code: int) -> float:
+        """Return the output level of ``code`` in V."""
+        return float(dac(self.capabilities()).volts(np.array([code]))[0])
+
     def _output(self) -> tuple[str, float | None]:
         """Return the device's state and the level read back in V, None when nothing was output."""
         said = named(self._link.ask("LEVEL?"))
         try:
-            level = said["level_v"]
-            return said["state"], None if level == "none" else float(level)
+            level = said["level"]
+            return said["state"], None if level == "none" else self._volts(int(level))
         except (KeyError, ValueError) as error:
             raise DeviceError("the device tells no level", where=self._link.port, value=repr(said)) from error
 

@@ -2,17 +2,18 @@
 
 Control is text in frames: a command has a number, and the reply carries the same one, so that a reply that comes late
 is never taken for another's. A command with the number of the last one is not done again, its reply is repeated.
+Levels are codes of the device's DAC and times whole milliseconds: an 8-bit controller has no use for decimal fractions.
 
 =========================================  ==============================================================
 command                                    reply: ``OK``, then a line ``name=value`` each; or ``ERROR text``
 =========================================  ==============================================================
 ``ID?``                                    protocol, model, serial, firmware
 ``CAP?``                                   the fields of ``Description``
-``ARM total divider safe_v ramp_s``        clears the FIFOs; the sample rate is clock_hz / divider
+``ARM total divider safe ramp_ms``         clears the FIFOs; the sample rate is clock_hz / divider
 ``GO``                                     starts the sample clock
 ``HALT``                                   stops it, the output holds its level
-``SAFE level_v ramp_s``                    stops it and ramps to the level
-``LEVEL?``                                 level_v (or ``none``), state
+``SAFE level ramp_ms``                     stops it and ramps to the level
+``LEVEL?``                                 level (or ``none``), state: idle, armed, running, ramping
 =========================================  ==============================================================
 
 Samples are numbered from the start of the run, and a frame of samples carries the number of its first. From ARM to HALT
@@ -31,11 +32,12 @@ from numpy.typing import NDArray
 from drivers.converter import Codes
 from rig.device import Capabilities
 
-PROTOCOL = "1"
+PROTOCOL = "2"
 SAMPLES_PER_FRAME = 512
 """At most; a frame is lost with its first wrong byte."""
 SAMPLES_PER_REPEAT = 64
 """At most, in a frame sent because a longer one did not arrive."""
+LONGEST_RAMP_MS = 60_000
 _STATUS = Struct("<BBIII")
 _RANGE = Struct("<II")
 

@@ -19,6 +19,8 @@ REPEAT_S = 0.15
 REQUESTS = 10
 """How often a lost sample is asked for before it is given up."""
 SAMPLES_PER_OUTPUT, FRAMES_AT_ONCE = 128, 32
+FIFO_SHARE = 8
+"""A frame is at most this part of the device's FIFO: a small FIFO is filled up in small steps."""
 REQUESTS_AT_ONCE = 16
 
 UNKNOWN, HERE, OVERRUN, LINK_LOSS = 0, 1, 2, 3
@@ -32,7 +34,8 @@ class Outgoing:
     def __init__(self, codes: Codes, bits: int, fifo: int, window: int) -> None:
         """Start with nothing sent."""
         self._codes, self._bits, self._fifo = codes, bits, fifo
-        self._window = max(window, 2 * SAMPLES_PER_OUTPUT)
+        self._most = max(1, min(SAMPLES_PER_OUTPUT, fifo // FIFO_SHARE))
+        self._window = max(window, 2 * self._most)
         self._next = self._accepted = self._played = 0
         self._progress_s = 0.0
 
@@ -55,8 +58,8 @@ class Outgoing:
         frames: list[Frame] = []
         stop = min(self._codes.size, self._played + self._fifo, self._accepted + self._window)
         while self._next < stop and len(frames) < FRAMES_AT_ONCE:
-            last = min(self._next + SAMPLES_PER_OUTPUT, stop)
-            if last - self._next < SAMPLES_PER_OUTPUT and last < self._codes.size and self._played:
+            last = min(self._next + self._most, stop)
+            if last - self._next < self._most and last < self._codes.size and self._played:
                 break
             frames.append(Frame(Kind.OUTPUT, self._next, pack_codes(self._codes[self._next:last], self._bits)))
             self._next = last

@@ -5,10 +5,13 @@ Bytes in, bytes out, time as an argument: the transport is elsewhere. The device
 
 from collections.abc import Callable
 
+import numpy as np
+
 from drivers.converter import Codes
 from drivers.emulators.device_model import DeviceModel, Hardware, State
 from drivers.framing import Frame, FrameReader, encode
 from drivers.serial_messages import (
+    LONGEST_RAMP_MS,
     PROTOCOL,
     SAMPLES_PER_FRAME,
     SAMPLES_PER_REPEAT,
@@ -106,10 +109,10 @@ class SerialFirmware:
         return description(self._model.hardware).text()
 
     def _arm(self, words: Words, now_s: float) -> str:
-        total, divider, level_v, ramp_s = int(words[0]), int(words[1]), float(words[2]), float(words[3])
+        total, divider, safe = int(words[0]), int(words[1]), self._ramp(words[2:])
         if divider < 1 or self._model.hardware.clock_hz is None:
             raise ValueError("the divider is at least 1")
-        self._model.arm(total, self._model.hardware.clock_hz / divider, (level_v, ramp_s), self._seed + self._runs)
+        self._model.arm(total, self._model.hardware.clock_hz / divider, safe, self._seed + self._runs)
         self._runs, self._next_beat_s = self._runs + 1, now_s
         self._live, self._draining, self._gap = True, False, False
         return ""
@@ -126,13 +129,23 @@ class SerialFirmware:
         return ""
 
     def _safe(self, words: Words, now_s: float) -> str:
-        self._model.safe(float(words[0]), float(words[1]), now_s)
+        self._model.safe(*self._ramp(words), now_s)
         self._live = self._draining = False
         return ""
 
     def _level(self, words: Words, now_s: float) -> str:
         level_v = self._model.level_v(now_s)
-        return lines({"level_v": "none" if level_v is None else repr(level_v), "state": self._model.state.value})
+        code = "none" if level_v is None else str(self._model.bench.dac.codes(np.array([level_v]))[0])
+        return lines({"level": code, "state": self._model.state.value})
+
+    def _ramp(self, words: Words) -> tuple[float, float]:
+        """Return the level in V and the time in s that ``level ramp_ms`` mean; raise ValueError or IndexError."""
+        dac, code, ramp_ms = self._model.bench.dac, int(words[0]), int(words[1])
+        if abs(code) > dac.top:
+            raise ValueError(f"levels are {-dac.top} to {dac.top}")
+        if not 0 <= ramp_ms <= LONGEST_RAMP_MS:
+            raise ValueError(f"a ramp takes 0 to {LONGEST_RAMP_MS} ms")
+        return float(dac.volts(np.array([code]))[0]), ramp_ms / 1000
 
     def _report(self, now_s: float) -> None:
         """Send the status, to be followed by the samples read until now."""

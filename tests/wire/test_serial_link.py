@@ -19,7 +19,7 @@ from rig.errors import DeviceError, UsageError
 from rig.plan import Limits
 from rig.registry import connect
 
-WHO = "OK\nprotocol=1\nmodel=peer\nserial=7\nfirmware=1"
+WHO = "OK\nprotocol=2\nmodel=peer\nserial=7\nfirmware=1"
 CAN = ("OK\noutput_low_v=-10\noutput_high_v=10\ninput_low_v=-10\ninput_high_v=10\noutput_bits=12\ninput_bits=10\n"
        "min_rate_hz=1\nmax_rate_hz=1000\nclock_hz=16e6\noutput_fifo=512\ninput_fifo=512\nhistory=512\nwatchdog_s=1")
 Answer = Callable[[str], tuple[float, str | None]]
@@ -179,7 +179,7 @@ def test_a_port_that_says_nothing_is_no_device() -> None:
 
 
 @pytest.mark.parametrize(("change", "message"), [
-    (("protocol=1", "protocol=99"), "speaks another protocol: 99"),
+    (("protocol=2", "protocol=99"), "speaks another protocol: 99"),
     (("output_fifo=512\n", ""), "does not tell its output_fifo"),
     (("output_bits=12", "output_bits=twelve"), "describes itself badly"),
     (("OK\noutput_low_v", "ERROR busy\noutput_low_v"), "refused: 'CAP\\?': ERROR busy"),
@@ -200,14 +200,14 @@ def test_a_level_that_is_no_number_is_refused() -> None:
         device.level_v()
 
 
-@pytest.mark.parametrize(("level", "state"), [("4.5", "idle"), ("0.0", "running"), ("none", "idle")])
+@pytest.mark.parametrize(("level", "state"), [("920", "idle"), ("0", "running"), ("none", "idle")])
 def test_a_device_that_does_not_come_to_rest_at_the_safe_level_is_reported(
     monkeypatch: pytest.MonkeyPatch, level: str, state: str,
 ) -> None:
     monkeypatch.setattr("drivers.serial_daq.CONFIRM_S", 0.1)
 
     def answer(command: str) -> tuple[float, str | None]:
-        return 0.0, f"OK\nlevel_v={level}\nstate={state}" if command == "LEVEL?" else plain(command)[1]
+        return 0.0, f"OK\nlevel={level}\nstate={state}" if command == "LEVEL?" else plain(command)[1]
 
     with peer(answer) as path, connect(f"serial:{path}") as device, \
             pytest.raises(DeviceError, match=r"did not reach the level.*switch the rig off by hand"):

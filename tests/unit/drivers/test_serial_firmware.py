@@ -11,6 +11,9 @@ from drivers.serial_messages import Kind, named, pack_range
 from rig.rigfile import parse_rig
 from tests.rigs import GAIN
 
+AT_4_V = 13107
+"""The code of 4 V: 32767 are 10 V."""
+
 
 @pytest.fixture
 def model() -> DeviceModel:
@@ -30,16 +33,17 @@ def ask(firmware: SerialFirmware, command: str, number: int, now_s: float = 0.0)
 
 
 def test_a_command_repeated_under_its_number_is_done_once(firmware: SerialFirmware, model: DeviceModel) -> None:
-    assert ask(firmware, "SAFE 4 0", 1) == "OK\n"
-    assert ask(firmware, "SAFE 0 10", 2, 1.0) == "OK\n"
-    assert ask(firmware, "SAFE 0 10", 2, 6.0) == "OK\n"
+    assert ask(firmware, f"SAFE {AT_4_V} 0", 1) == "OK\n"
+    assert ask(firmware, "SAFE 0 10000", 2, 1.0) == "OK\n"
+    assert ask(firmware, "SAFE 0 10000", 2, 6.0) == "OK\n"
     assert model.level_v(8.5) == pytest.approx(1.0, abs=1e-3), "the ramp began anew"
-    assert ask(firmware, "SAFE 0 10", 3, 6.0) == "OK\n"
+    assert ask(firmware, "SAFE 0 10000", 3, 6.0) == "OK\n"
     assert model.level_v(11.0) == pytest.approx(1.0, abs=1e-3)
 
 
 @pytest.mark.parametrize("command", [
-    "", "BOOM", "ARM", "ARM 10", "ARM x 4800 0 0.1", "ARM 10 0 0 0.1", "SAFE", "SAFE up 1", "GO",
+    "", "BOOM", "ARM", "ARM 10", "ARM x 4800 0 100", "ARM 10 0 0 100", "ARM 10 4800 0.0 100", "ARM 10 4800 32768 100",
+    "SAFE", "SAFE up 1", "SAFE -32768 0", "SAFE 0 -1", "SAFE 0 60001", "SAFE 0 0.5", "GO",
 ])
 def test_what_cannot_be_done_is_refused_and_changes_nothing(
     firmware: SerialFirmware, model: DeviceModel, command: str,
@@ -50,12 +54,12 @@ def test_what_cannot_be_done_is_refused_and_changes_nothing(
 
 
 def test_the_level_is_told_with_the_state(firmware: SerialFirmware) -> None:
-    assert named(ask(firmware, "LEVEL?", 1)) == {"level_v": "none", "state": "idle"}
-    ask(firmware, "SAFE 4 0", 2)
-    ask(firmware, "SAFE 0 2", 3, 1.0)
+    assert named(ask(firmware, "LEVEL?", 1)) == {"level": "none", "state": "idle"}
+    ask(firmware, f"SAFE {AT_4_V} 0", 2)
+    ask(firmware, "SAFE 0 2000", 3, 1.0)
     said = named(ask(firmware, "LEVEL?", 4, 2.0))
     assert said["state"] == "ramping"
-    assert float(said["level_v"]) == pytest.approx(2.0, abs=1e-3)
+    assert int(said["level"]) == pytest.approx(AT_4_V / 2, abs=2)
 
 
 @pytest.mark.parametrize("frame", [
@@ -69,7 +73,7 @@ def test_frames_that_make_no_sense_are_left_unanswered(firmware: SerialFirmware,
 
 
 def test_a_run_nobody_listens_to_any_more_is_not_reported_for_ever(firmware: SerialFirmware) -> None:
-    ask(firmware, "ARM 100 4800 0 0.1", 1)
+    ask(firmware, "ARM 100 4800 0 100", 1)
     ask(firmware, "GO", 2)
     now_s = 0.0
     while firmware.live and now_s < 10:

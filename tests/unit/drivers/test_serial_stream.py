@@ -192,7 +192,7 @@ def joined(total: int, losses: Callable[[], bool], rate_hz: float = 2000.0) -> t
                     out.heard(heard, now_s)
                     back.sent(heard.sent)
 
-    firmware.receive(encode(Frame(Kind.COMMAND, 1, f"ARM {total} {round(48e6 / rate_hz)} 0 0.1".encode())), 0.0)
+    firmware.receive(encode(Frame(Kind.COMMAND, 1, f"ARM {total} {round(48e6 / rate_hz)} 0 100".encode())), 0.0)
     while not out.filled:
         now_s += 0.005
         step()
