@@ -4,15 +4,11 @@ A pty ignores the baud rate and blocks its writer after some 20 kB; so the link 
 the host listens or not, and what does not fit the FIFOs is lost and flagged, as on a board.
 """
 
-import os
-import pty
-import select
+import math
 import signal
 import time
-import tty
-from collections import deque
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import replace
 from types import FrameType, TracebackType
 from typing import Self, final
@@ -21,7 +17,9 @@ import numpy as np
 
 from drivers.emulators.bench import Bench
 from drivers.emulators.device_model import DeviceModel, Hardware
-from drivers.emulators.faults import NO_FAULTS, Faults, NoisyLine
+from drivers.emulators.faults import NO_FAULTS, Fault, Faults, What
+from drivers.emulators.pty_port import Pace, PtyPort
+from drivers.emulators.serial_faults import FaultyWire
 from drivers.emulators.serial_firmware import SerialFirmware
 from rig.device import Capabilities, Identity
 from rig.rigfile import RigFile
@@ -40,25 +38,6 @@ HARDWARE = Hardware(
 
 
 @final
-class Pace:
-    """How many bytes a link of so many bytes a second has carried until now."""
-
-    def __init__(self, bytes_per_s: float) -> None:
-        """Start with nothing to carry."""
-        self._rate, self._last_s, self._credit = bytes_per_s, 0.0, 0.0
-
-    def allowed(self, now_s: float) -> int:
-        """Return how many bytes may pass now; what is not used for 50 ms is lost."""
-        self._credit = min(self._credit + (now_s - self._last_s) * self._rate, 0.05 * self._rate)
-        self._last_s = now_s
-        return int(self._credit)
-
-    def spend(self, count: int) -> None:
-        """Note that ``count`` bytes passed."""
-        self._credit -= count
-
-
-@final
 class SerialPty:
     """A serial DAQ in front of a simulated rig on a real pty.
 
@@ -68,38 +47,39 @@ class SerialPty:
     def __init__(self, rig: RigFile, *, speed: float = 1.0, seed: int = 0, hardware: Hardware = HARDWARE,
                  faults: Faults = NO_FAULTS) -> None:
         """Power up and open the pty; raise OSError when the system has none left."""
-        self.model = DeviceModel(hardware, Bench(rig, hardware.capabilities))
-        self._firmware = SerialFirmware(self.model, seed, beat_s=BEAT_S * speed)
-        self._faults, self._speed, self._muted_until_s = faults, speed, None if faults.mute_at is None else 0.0
-        self._lines = NoisyLine(faults, 0), NoisyLine(faults, 1)
+        self._bench, self._hardware = Bench(rig, hardware.capabilities), hardware
+        self._speed, self._seed = speed, seed
+        self.wire = FaultyWire(faults)
         self._paces = Pace(BAUD / 10 * speed), Pace(BAUD / 10 * speed)
-        self._sending: deque[tuple[float, bytes]] = deque()
-        self._tx = bytearray()
         self._start_s, self.now_s = time.monotonic(), 0.0
-        self._master, self._slave = pty.openpty()
-        tty.setraw(self._slave)
-        os.set_blocking(self._master, False)
-        self.path = os.ttyname(self._slave)
+        self._mute_until_s = self._back_s = -math.inf
+        self._hung = False
+        self._power_up()
+        self._port = PtyPort()
+        self.path = self._port.path
 
     def run(self, stopped: Callable[[], bool]) -> None:
-        """Be the device until ``stopped``, or until the link is torn by a fault."""
-        while not (stopped() or self._reached(self._faults.die_at)):
+        """Be the device until ``stopped``."""
+        while not stopped():
             self._wait()
-            if not self._reached(self._faults.hang_at):
+            if not self._hung:
                 self.step(time.monotonic() - self._start_s)
 
     def step(self, now_s: float) -> None:
         """Do all that is due: hear the host, play and read samples, speak. ``now_s`` is real time since power-up."""
+        if now_s >= self._back_s:
+            self._port.plug()
         self._hear(now_s)
         self.now_s = now_s * self._speed
         self._firmware.advance(self.now_s)
-        if not self._muted(now_s):
+        if now_s >= self._mute_until_s:
             self._speak(now_s)
+        for fault in self.wire.happening(self.model.played):
+            self._suffer(fault, now_s)
 
     def close(self) -> None:
         """Tear the link."""
-        os.close(self._master)
-        os.close(self._slave)
+        self._port.close()
 
     def __enter__(self) -> Self:
         """Return the emulator itself."""
@@ -110,48 +90,45 @@ class SerialPty:
         """Tear the link."""
         self.close()
 
+    def _power_up(self) -> None:
+        """Be a device just switched on: nothing known, nothing output."""
+        self.model = DeviceModel(self._hardware, self._bench)
+        self._firmware = SerialFirmware(self.model, self._seed, beat_s=BEAT_S * self._speed)
+        self._tx = bytearray()
+
+    def _suffer(self, fault: Fault, now_s: float) -> None:
+        """Let a fault happen to the device."""
+        if fault.what is What.MUTE:
+            self._mute_until_s = now_s + fault.seconds
+        if fault.what is What.HUNG:
+            self._hung = True
+        if fault.what in (What.TORN, What.UNPLUGGED):
+            self._port.pull()
+            self._back_s = now_s + fault.seconds
+        if fault.what in (What.UNPLUGGED, What.RESTARTED):
+            self._power_up()
+
     def _wait(self) -> None:
         """Sleep to the next tick; with nothing to do, until the host speaks."""
-        if self._firmware.live or self._tx or self._sending:
+        if self._firmware.live or self._tx or self.wire.busy:
             time.sleep(TICK_S)
         else:
-            select.select([self._master], [], [], IDLE_S)
+            self._port.wait(IDLE_S)
 
     def _hear(self, now_s: float) -> None:
         """Take the bytes that had time to arrive."""
-        allowed = self._paces[0].allowed(now_s)
-        with suppress(BlockingIOError):
-            data = os.read(self._master, max(1, allowed))
-            self._paces[0].spend(len(data))
-            self._firmware.receive(self._lines[0].carry(data), now_s * self._speed)
+        data = self._port.read(max(1, self._paces[0].allowed(now_s)))
+        self._paces[0].spend(len(data))
+        self._firmware.receive(self.wire.to_device(data, now_s), now_s * self._speed)
 
     def _speak(self, now_s: float) -> None:
         """Send what had time to leave, while the host's side takes it."""
         while len(self._tx) < TX_BUFFER and (more := self._firmware.transmit(now_s * self._speed)):
-            self._sending.append((now_s + self._faults.delay_s, more))
-            self._due(now_s)
-        self._due(now_s)
-        with suppress(BlockingIOError):
-            sent = os.write(self._master, self._tx[:self._paces[1].allowed(now_s)])
-            self._paces[1].spend(sent)
-            del self._tx[:sent]
-
-    def _due(self, now_s: float) -> None:
-        """Move what was held back long enough to the send buffer."""
-        while self._sending and self._sending[0][0] <= now_s:
-            self._tx += self._lines[1].carry(self._sending.popleft()[1])
-
-    def _muted(self, now_s: float) -> bool:
-        """Return whether a fault keeps the device from sending now; it does so once."""
-        if self._muted_until_s is None or not self._reached(self._faults.mute_at):
-            return False
-        if self._muted_until_s == 0.0:
-            self._muted_until_s = now_s + self._faults.mute_s
-        return now_s < self._muted_until_s
-
-    def _reached(self, sample: int | None) -> bool:
-        """Return whether the run in progress played more than ``sample`` samples; None is never reached."""
-        return sample is not None and self.model.played > sample
+            self._tx += self.wire.to_host(more, now_s)
+        self._tx += self.wire.to_host(b"", now_s)
+        sent = self._port.write(self._tx[:self._paces[1].allowed(now_s)])
+        self._paces[1].spend(sent)
+        del self._tx[:sent]
 
 
 def serve(rig: RigFile, announce: Callable[[str], None], *, speed: float = 1.0, seed: int = 0) -> None:

@@ -1,5 +1,6 @@
 """Is every sample accounted for, and the output safe, when a run goes over a real pty and things go wrong?"""
 
+import math
 import os
 import signal
 import subprocess
@@ -11,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.emulators.faults import Faults
+from drivers.emulators.faults import Fault, Faults, What
 from identify.trace import Step
 from rig.device import Block, Device, Flag
 from rig.errors import DeviceError, IncompleteError
@@ -31,6 +32,11 @@ def waves(size: int) -> np.ndarray:
 
 def plan_of(u: np.ndarray, rate_hz: float) -> Plan:
     return Plan("a run", u, rate_hz, (Step("all", "table", 0, u.size),), LIMITS, 1.0, 0.1)
+
+
+def happening(what: What, at_sample: int, seconds: float = math.inf) -> Faults:
+    """Return the script in which one thing happens to the device in the middle of a run."""
+    return Faults((Fault(what, at_sample=at_sample, seconds=seconds),))
 
 
 def tripled(device: Device, u: np.ndarray) -> np.ndarray:
@@ -89,7 +95,7 @@ def test_a_slow_link_changes_nothing() -> None:
 
 def test_what_the_input_fifo_cannot_hold_is_flagged_and_entered_as_lost(tmp_path: Path) -> None:
     u = waves(10_000)
-    with emulated(GAIN, faults=Faults(mute_at=2000, mute_s=0.4), input_fifo=1024) as bench:
+    with emulated(GAIN, faults=happening(What.MUTE, 2000, 0.4), input_fifo=1024) as bench:
         outcome = record(plan_of(u, 10_000.0), bench.address, tmp_path / "run.h5")
         seen = bench.look()
         with connect(bench.address) as device:
@@ -104,7 +110,7 @@ def test_what_the_input_fifo_cannot_hold_is_flagged_and_entered_as_lost(tmp_path
 
 
 def test_samples_lost_at_the_very_end_are_accounted_for() -> None:
-    with emulated(GAIN, faults=Faults(mute_at=500, mute_s=0.4), input_fifo=256) as bench:
+    with emulated(GAIN, faults=happening(What.MUTE, 500, 0.4), input_fifo=256) as bench:
         with connect(bench.address) as device:
             blocks = [block for block in device.stream(waves(3000), 10_000.0, LIMITS) if block.start or block.y.size]
         assert blocks[-1].stop == 3000
@@ -149,7 +155,7 @@ def test_a_host_that_listens_keeps_the_watchdog_quiet() -> None:
 
 
 def test_a_device_that_dies_is_reported_and_what_came_is_kept(tmp_path: Path) -> None:
-    with emulated(GAIN, faults=Faults(die_at=5000)) as bench:
+    with emulated(GAIN, faults=happening(What.TORN, 5000)) as bench:
         outcome = record(plan_of(waves(20_000), 10_000.0), bench.address, tmp_path / "run.h5")
     assert isinstance(outcome.failure, DeviceError)
     assert outcome.failure.exit_code == 3
@@ -163,7 +169,7 @@ def test_a_device_that_dies_is_reported_and_what_came_is_kept(tmp_path: Path) ->
 def test_a_device_that_hangs_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("rig.device.STALL_S", 0.5)
     monkeypatch.setattr("drivers.serial_link.REPLY_S", 0.1)
-    with emulated(GAIN, faults=Faults(hang_at=2000)) as bench:
+    with emulated(GAIN, faults=happening(What.HUNG, 2000)) as bench:
         outcome = record(plan_of(waves(20_000), 10_000.0), bench.address, tmp_path / "run.h5")
         assert bench.look().level_v != pytest.approx(1.0, abs=1e-3)
     assert isinstance(outcome.failure, DeviceError)
