@@ -40,7 +40,7 @@ SEES_BOTH = {  # who may import more of identify than its plain data, and what
 }  # fmt: skip
 IMPURE = {"serial", "socket", "pathlib", "time", "datetime", "os", "sys", "click", "rich", "h5py", "yaml", "subprocess"}
 IMPURE_CALLS = {"open", "print", "input", "exec", "eval"}
-HEAVY = ("numpy", "scipy", "numba", "matplotlib", "h5py", "jinja2", "serial")
+HEAVY = ("numpy", "scipy", "numba", "matplotlib", "h5py", "jinja2", "serial", "pyvisa", "usb")
 
 
 def product_edges(module: Module, top_only: bool = False) -> set[str]:
