@@ -53,6 +53,8 @@ class _Run:
 class SerialDaq(Device):
     """A DAQ with open firmware on a serial port."""
 
+    emulator = "drivers.emulators.serial_pty:serve"
+
     def __init__(self, port: str, baud: int = BAUD) -> None:
         """Open ``port`` for this program alone and ask who is there; raise DeviceError."""
         super().__init__()

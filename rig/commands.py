@@ -127,14 +127,14 @@ def devices() -> None:
 
 
 @command("emulate", "rig emulate serial", "rig emulate serial --rig rigs/opamp_backlash.yaml --speed 10")
-@click.argument("kind", type=click.Choice(["serial"]))
+@click.argument("kind")
 @click.option("--rig", default="rigs/opamp_backlash.yaml", show_default=True, help="The rig it is wired to.")
 @click.option("--speed", type=click.FloatRange(0.1, 1e3), default=1.0, show_default=True, help="Speed of its clock.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Draws other noise.")
 def emulate(kind: str, rig: str, speed: float, seed: int) -> None:
     """Offer an emulated device until Ctrl-C.
 
-    It is byte-accurate, on a real port; its address is printed first.
+    KIND is that of its address, such as serial. It is byte-accurate, on a real port; its address is printed first.
     """
     from rig.emulation import emulate as offer
     from rig.rigfile import read_rig

@@ -12,7 +12,7 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext, supp
 from dataclasses import dataclass, field
 from enum import IntFlag
 from types import TracebackType
-from typing import TYPE_CHECKING, Self, final
+from typing import TYPE_CHECKING, ClassVar, Self, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,6 +103,9 @@ class Device(ABC):
     Connecting outputs nothing. Use as a context manager; leaving it closes the link and does not touch the output.
     """
 
+    emulator: ClassVar[str] = ""
+    """``module:function`` that offers this kind of device in front of a simulated rig, ``rig.emulation.Serve``."""
+
     def __init__(self) -> None:
         """Prepare the bookkeeping; drivers call this first."""
         self._known: tuple[Identity, Capabilities] | None = None
@@ -117,6 +120,13 @@ class Device(ABC):
     def attached(cls) -> tuple[str, ...]:
         """Return the ``where`` of every such device that may be attached now, without opening any."""
         return ()
+
+    @classmethod
+    def simulated(cls, rig: str, speed: float = 1.0) -> AbstractContextManager[str]:
+        """Give the ``where`` of such a device in front of the rig in the file ``rig``, simulated, while it is used."""
+        from rig.emulation import offered
+
+        return offered(cls.emulator, rig, speed)
 
     @final
     def identity(self) -> Identity:
@@ -163,6 +173,7 @@ class Device(ABC):
                                allowed=f"at most {can.max_samples}", do="shorten the protocol or lower the rate")
         samples = self.quantise(u)
         check_samples(samples, rate_hz, limits, can)
+        self._accept(samples, rate_hz)
         return samples
 
     @final
@@ -268,6 +279,9 @@ class Device(ABC):
         lsb = self.capabilities().output_lsb_v
         middle = 0.5 * (self.capabilities().output_low_v + self.capabilities().output_high_v)
         return np.asarray(np.rint((u - middle) / lsb) * lsb + middle, dtype=np.float64)
+
+    def _accept(self, u: Array, rate_hz: float) -> None:  # noqa: B027 - most have no reason of their own
+        """Raise RefusedError for checked and quantised samples that a device has its own reason not to play."""
 
     @abstractmethod
     def _identity(self) -> Identity:

@@ -6,6 +6,7 @@ own; ``module:Class`` and ``module:Class:where`` reach a driver class that is no
 
 import importlib
 import re
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
 
@@ -53,6 +54,15 @@ def driver(scheme: str) -> type[Device]:
         raise UsageError(**unknown("device", scheme, list(drivers()))) from None
     module, _, name = entry.value.partition(":")
     return _driver_class(module, name, f"{scheme}:")
+
+
+def emulators() -> dict[str, str]:
+    """Return the emulator, ``module:function``, of every kind of device that has one; failing drivers are left out."""
+    found = {}
+    for scheme in drivers():
+        with suppress(UsageError):
+            found[scheme] = driver(scheme).emulator
+    return {scheme: emulator for scheme, emulator in found.items() if emulator}
 
 
 def discover() -> tuple[Attached, ...]:

@@ -14,8 +14,10 @@ from rig.plan import plan as draw
 from rig.protocol import Protocol, read_protocol
 from rig.recorded import Equipment, Recording
 from rig.recording import Writer
+from rig.units import exact
 from rig.yamlfile import parse_yaml
 
+VOLTAGES = ("output_low", "output_high", "input_low", "input_high")
 RATE_MAY_GIVE = 1e-2
 """Relative; a clock that makes a rate this near plays the protocol at its own rate, and says so."""
 
@@ -67,7 +69,7 @@ def record(
     with registry.connect(address) as device:
         checked = proven(protocol, address, device)
         u = device.quantise(checked.plan.u)
-        with Writer(out, checked.plan, _equipment(checked), u, overwrite) as writer:
+        with Writer(out, checked.plan, equipment(address, device, checked.plan.rate_hz), u, overwrite) as writer:
             outcome = runner.run(checked.plan, device, writer, progress)
             recording = writer.finish(outcome.complete, outcome.reason, outcome.events)
     return Recorded(Path(out), recording, outcome)
@@ -86,16 +88,25 @@ def proven(protocol: Protocol, address: str, device: Device) -> Checked:
             raise RefusedError("the device's clock cannot make this rate", value=f"{protocol.rate_hz:g} Hz",
                                allowed=f"{rate:g} Hz is the nearest", do="change acquisition.rate")
     plan = draw(protocol, rate)
-    for step in protocol.steps:
-        piece = next(planned for planned in plan.steps if planned.label == step.label)
-        with _blamed_on(step.where):
-            device.check(plan.u[piece.start : piece.stop], rate, plan.limits)
     with _blamed_on(protocol.path):
-        device.check(plan.u, rate, plan.limits, plan.safe_level_v)
+        try:
+            device.check(plan.u, rate, plan.limits, plan.safe_level_v)
+        except RefusedError as error:
+            if error.where is None:
+                _check_steps(protocol, plan, device)
+            raise
     if rate != protocol.rate_hz:
         note = f"the device's clock makes {rate:.9g} Hz in place of {protocol.rate_hz:.9g} Hz"
         plan = replace(plan, notes=(*plan.notes, note))
     return Checked(plan, address, device.identity(), device.capabilities(), protocol.rate_hz)
+
+
+def _check_steps(protocol: Protocol, plan: Plan, device: Device) -> None:
+    """Raise RefusedError at the first step that a device which refused the whole does not accept by itself."""
+    for step in protocol.steps:
+        piece = next(planned for planned in plan.steps if planned.label == step.label)
+        with _blamed_on(step.where):
+            device.check(plan.u[piece.start : piece.stop], plan.rate_hz, plan.limits)
 
 
 @contextmanager
@@ -109,13 +120,13 @@ def _blamed_on(where: str) -> Iterator[None]:
         raise RefusedError(error.what, where=where, value=error.value, allowed=error.allowed, do=error.do) from error
 
 
-def _equipment(checked: Checked) -> Equipment:
-    """Return who recorded a run, and the settings it was recorded with."""
-    can, identity = checked.capabilities, checked.identity
+def equipment(address: str, device: Device, rate_hz: float) -> Equipment:
+    """Return who records at ``address``, and the settings it records with."""
+    can, identity = device.capabilities(), device.identity()
+    volts = {name: exact(getattr(can, f"{name}_v"), "V") for name in VOLTAGES}
     settings = {
-        "rate": f"{checked.plan.rate_hz!r} Hz",
+        "rate": f"{rate_hz!r} Hz",
         "output_range": f"{can.output_low_v:g} to {can.output_high_v:g} V", "output_bits": str(can.output_bits),
-        "input_range": f"{can.input_low_v:g} to {can.input_high_v:g} V", "input_bits": str(can.input_bits),
+        "input_range": f"{can.input_low_v:g} to {can.input_high_v:g} V", "input_bits": str(can.input_bits), **volts,
     }
-    return Equipment(checked.address, identity.model, identity.serial, identity.firmware, settings)
-
+    return Equipment(address, identity.model, identity.serial, identity.firmware, settings)

@@ -37,6 +37,10 @@ def test_a_wrong_protocol_is_refused_before_any_output(
     assert [path.name for path in tmp_path.iterdir()] == ["short.yaml"]
 
 
+def test_a_kind_of_device_that_nothing_emulates_is_refused_with_those_that_can_be(tmp_path: Path) -> None:
+    refused(rig("emulate", "loopbak", cwd=tmp_path), 2, "nothing emulates", "loopbak", "allowed: ", "serial")
+
+
 def test_a_missing_protocol_and_an_unknown_device_are_refused(tmp_path: Path) -> None:
     refused(rig("check", "nowhere.yaml", cwd=tmp_path), 2, "nowhere.yaml", "no such file")
     protocol(tmp_path)
