@@ -52,6 +52,10 @@ class LoopbackDevice(Device):
         return cls(read_rig(rig_path(path)), _seed(option))
 
     @classmethod
+    def port(cls, where: str) -> None:
+        """Return None: the loopback is part of this program."""
+
+    @classmethod
     def attached(cls) -> tuple[str, ...]:
         """Return the default rig: the loopback is always there."""
         return ("",)

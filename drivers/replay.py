@@ -56,6 +56,10 @@ class ReplayDevice(Device):
             raise FileError("no recording in this folder", where=where, allowed="files *.h5")
         return cls([read(each) for each in paths])
 
+    @classmethod
+    def port(cls, where: str) -> None:
+        """Return None: what is replayed is only read."""
+
     def _identity(self) -> Identity:
         return self._who
 

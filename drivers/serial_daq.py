@@ -5,6 +5,7 @@ baud rate that matters.
 """
 
 import math
+import os
 import time
 from dataclasses import dataclass, field
 from typing import final
@@ -75,6 +76,11 @@ class SerialDaq(Device):
             raise UsageError("no port", where="serial:", allowed="a port, as in serial:/dev/ttyACM0",
                              do="see `rig devices`")
         return cls(port, _baud(option))
+
+    @classmethod
+    def port(cls, where: str) -> str:
+        """Return the port itself, where ``where`` names a link to it (as those in /dev/serial/by-id)."""
+        return os.path.realpath(where.partition("?")[0])
 
     @classmethod
     def attached(cls) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ import logging
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, field
 from enum import IntFlag
 from types import TracebackType
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from rig.errors import DeviceError, RefusedError
 from rig.output_limits import check_level, check_samples
+from rig.ownership import Claim
 
 if TYPE_CHECKING:
     from rig.plan import Limits
@@ -101,6 +102,7 @@ class Device(ABC):
     """A DAQ with one analogue output and one analogue input on one clock.
 
     Connecting outputs nothing. Use as a context manager; leaving it closes the link and does not touch the output.
+    ``held`` is let go of, last first, once the link is closed; ``claim`` is the lock on the port, where there is one.
     """
 
     emulator: ClassVar[str] = ""
@@ -110,11 +112,22 @@ class Device(ABC):
         """Prepare the bookkeeping; drivers call this first."""
         self._known: tuple[Identity, Capabilities] | None = None
         self._closed = False
+        self.address = ""
+        self.claim: Claim | None = None
+        self.held = ExitStack()
 
     @classmethod
     @abstractmethod
     def connect(cls, where: str) -> "Device":
         """Return the device at ``where``, the address after ``scheme:``; raise DeviceError or UsageError."""
+
+    @classmethod
+    def port(cls, where: str) -> str | None:
+        """Return the port at ``where`` in one spelling, None for a device that lives in this program.
+
+        A port has one owner at a time, and its output stays on when this program dies: it gets a guardian.
+        """
+        return f"{cls.__module__}.{cls.__qualname__}:{where}"
 
     @classmethod
     def attached(cls) -> tuple[str, ...]:
@@ -212,7 +225,8 @@ class Device(ABC):
         """Release the link; closing twice is harmless. Does not touch the output."""
         if not self._closed:
             self._closed = True
-            self._close()
+            with self.held:
+                self._close()
 
     @final
     def __enter__(self) -> Self:

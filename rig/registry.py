@@ -6,12 +6,14 @@ own; ``module:Class`` and ``module:Class:where`` reach a driver class that is no
 
 import importlib
 import re
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
 
+from rig import ownership
 from rig.device import Device, Identity
 from rig.errors import RigError, UsageError, unknown
+from rig.ownership import Claim
 
 GROUP = "rig.drivers"
 _CLASS_ADDRESS = re.compile(r"(?P<module>[A-Za-z_][\w.]*):(?P<name>[A-Z]\w*)(?::(?P<where>.*))?")
@@ -31,18 +33,33 @@ def drivers() -> dict[str, EntryPoint]:
     return {entry.name: entry for entry in sorted(entry_points(group=GROUP), key=lambda entry: entry.name)}
 
 
-def connect(address: str) -> Device:
-    """Return the device at ``address``, connected and with its output untouched.
+def connect(address: str, claim: Claim | None = None) -> Device:
+    """Return the device at ``address``, connected and with its output untouched, its port locked until it is closed.
 
-    Raises UsageError for an address that names no driver, DeviceError when the device does not answer.
+    With ``claim`` the port is locked already, and stays so. Raises UsageError for an address that names no driver,
+    DeviceError when the device does not answer or is in use.
     """
+    kind, where = driver_at(address)
+    with ExitStack() as held:
+        port = kind.port(where)
+        if claim is None and port is not None:
+            claim = ownership.claim(port)
+            held.callback(claim.release)
+        device = kind.connect(where)
+        device.address, device.claim = address, claim
+        device.held.push(held.pop_all())
+    return device
+
+
+def driver_at(address: str) -> tuple[type[Device], str]:
+    """Return the driver class an address means, and what follows; raise UsageError when it means none."""
     scheme, colon, where = address.partition(":")
     if not colon:
         raise UsageError("not a device address", value=repr(address), allowed=_forms(), do="write scheme:where")
     if scheme in drivers():
-        return driver(scheme).connect(where)
+        return driver(scheme), where
     if match := _CLASS_ADDRESS.fullmatch(address):
-        return _driver_class(match["module"], match["name"], address).connect(match["where"] or "")
+        return _driver_class(match["module"], match["name"], address), match["where"] or ""
     raise UsageError(**unknown("device", scheme, list(drivers())), where=address)
 
 

@@ -2,7 +2,8 @@
 
 Safety comes before storage: on every way out the clock is stopped and the output is ramped down before anything else is
 done, and each of these steps is guarded by itself. SIGINT, SIGTERM and SIGHUP are requests to stop, answered between
-two blocks; a second one does not interrupt the ramp.
+two blocks; a second one does not interrupt the ramp. Where nothing can be answered any more, as after SIGKILL, a
+guardian acts (``rig/guardian.py``).
 """
 
 import logging
@@ -16,6 +17,7 @@ from typing import Protocol
 
 from rig.device import Array, Block, Device, Flag
 from rig.errors import DeviceError, IncompleteError, RigError
+from rig.guardian import Guardian, post
 from rig.plan import Plan
 from rig.recorded import Event
 
@@ -80,17 +82,26 @@ class _StopRequest:
     name: str | None = None
 
 
-def run(plan: Plan, device: Device, writer: Sink, progress: Progress = lambda done, total: None) -> Outcome:
+def run(
+    plan: Plan, device: Device, writer: Sink, progress: Progress = lambda done, total: None,
+    guardian: Guardian | None = None,
+) -> Outcome:
     """Play ``plan`` on ``device``, append what comes back to ``writer``, leave the output at the plan's safe level.
 
-    ``progress`` is called with (samples received or lost so far, samples in all). Raises RefusedError before anything
-    is output. Device and storage failures are told in the outcome; a programming error is raised once all is safe.
+    ``progress`` is called with (samples received or lost so far, samples in all). ``guardian`` is one posted before, as
+    starting it takes a moment. Raises RefusedError, or DeviceError where no guardian can be posted, before anything is
+    output. Device and storage failures are told in the outcome; a programming error is raised once all is safe.
     """
+    guardian = guardian or post(device)
     with _stop_requests() as stop:
         blocks = device.stream(plan.u, plan.rate_hz, plan.limits, plan.safe_level_v, plan.ramp_s)
+        if guardian is not None:
+            guardian.arm(plan.safe_level_v, plan.ramp_s)
         state = _Progress(plan.u.size)
         ended_by = _guarded(lambda: _play(blocks, writer, progress, state, stop))
         unsafe = _make_safe(plan, device, blocks, state)
+        if guardian is not None and unsafe is None:
+            _relieve(guardian, state)
     if ended_by is not None and not isinstance(ended_by, (RigError, KeyboardInterrupt)):
         raise ended_by
     return _outcome(state, stop, ended_by, unsafe)
@@ -139,6 +150,13 @@ def _make_safe(plan: Plan, device: Device, blocks: Iterator[Block], state: _Prog
     state.note("unsafe", f"the device did not confirm {plan.safe_level_v:g} V: {trouble}")
     return DeviceError("the output is not confirmed safe", value=str(trouble),
                        do="switch the rig off by hand; a device with a watchdog goes to its safe level by itself")
+
+
+def _relieve(guardian: Guardian, state: _Progress) -> None:
+    """Let the guardian go; one that is not there any more did not watch over all of the run, which is told."""
+    trouble = _guarded(guardian.disarm)
+    if trouble is not None:
+        state.note("guardian", f"the run was not watched over to its end: {trouble}")
 
 
 def _outcome(state: _Progress, stop: _StopRequest, ended_by: BaseException | None, unsafe: DeviceError | None,

@@ -9,6 +9,7 @@ import protocols
 from rig import registry, runner
 from rig.device import Capabilities, Device, Identity
 from rig.errors import RefusedError
+from rig.guardian import post
 from rig.plan import Plan
 from rig.plan import plan as draw
 from rig.protocol import Protocol, read_protocol
@@ -67,10 +68,11 @@ def record(
     protocol = read_protocol(shipped(protocol_path))
     address = address or usual_address(protocol)
     with registry.connect(address) as device:
+        guardian = post(device)
         checked = proven(protocol, address, device)
         u = device.quantise(checked.plan.u)
         with Writer(out, checked.plan, equipment(address, device, checked.plan.rate_hz), u, overwrite) as writer:
-            outcome = runner.run(checked.plan, device, writer, progress)
+            outcome = runner.run(checked.plan, device, writer, progress, guardian)
             recording = writer.finish(outcome.complete, outcome.reason, outcome.events)
     return Recorded(Path(out), recording, outcome)
 

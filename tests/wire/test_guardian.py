@@ -1,0 +1,174 @@
+"""Is the output safe when the program that plays is killed, and left alone when it is none of a guardian's business?"""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rig import guardian, ownership
+from rig.errors import DeviceError
+from rig.guardian import Order, make_safe
+from rig.recording import Entry, read
+from rig.registry import connect, driver_at
+from rig.runner import Outcome, run
+from tests.benchmarks.killed_runner import kill
+from tests.rigs import GAIN
+from tests.wire.emulated import Emulated, emulated
+from tests.wire.host import long_plan, short_plan
+
+ROOT = Path(__file__).parents[2]
+SAFE_V = pytest.approx(1.0, abs=1e-3)
+NEVER = 1e9
+
+
+class Nowhere:
+    """A recording nobody keeps."""
+
+    def append(self, start: int, y: np.ndarray) -> None:
+        pass
+
+
+def eventually(true: Callable[[], bool], within_s: float) -> bool:
+    deadline = time.monotonic() + within_s
+    while time.monotonic() < deadline:
+        if true():
+            return True
+        time.sleep(0.01)
+    return False
+
+
+def guardian_of(program: int) -> int:
+    """Return the process that was posted by ``program``."""
+    posted = [int(child) for child in Path(f"/proc/{program}/task/{program}/children").read_text().split()]
+    return next(child for child in posted if b"rig.guardian" in Path(f"/proc/{child}/cmdline").read_bytes())
+
+
+@contextmanager
+def played(bench: Emulated, path: Path) -> Iterator[subprocess.Popen[str]]:
+    """Give a program in the middle of a run at 5 V."""
+    command = [sys.executable, "-m", "tests.wire.host", bench.address, str(path)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=ROOT) as host:
+        assert host.stdout is not None
+        while int(host.stdout.readline()) < 500:
+            pass
+        yield host
+        host.kill()
+
+
+def test_killed_runs_end_safe_and_recorded_without_any_watchdog(tmp_path: Path) -> None:
+    """Two of the fifty of ``tests/benchmarks/killed_runner.py``: early in the run, and late."""
+    with emulated(GAIN, watchdog_s=NEVER) as bench:
+        runs = [kill(bench, tmp_path / f"{at_s}.h5", at_s) for at_s in (0.1, 1.4)]
+        assert all(run.level_v is not None and run.level_v > 2.0 for run in runs), "there was nothing to make safe"
+        assert all(run.good for run in runs), runs
+        with connect(bench.address) as device:
+            assert device.level_v() == SAFE_V
+
+
+def test_where_the_guardian_is_killed_too_the_watchdog_acts(tmp_path: Path) -> None:
+    with emulated(GAIN, watchdog_s=0.5) as bench, played(bench, tmp_path / "run.h5") as host:
+        os.kill(guardian_of(host.pid), signal.SIGKILL)
+        os.kill(host.pid, signal.SIGKILL)
+        host.wait(5)
+        assert eventually(lambda: bench.look().level_v == SAFE_V, 2.0)
+        assert bench.look().watchdog_tripped
+        assert not bench.look().underrun, "the FIFO ran empty: the watchdog was not needed"
+    recording = read(tmp_path / "run.h5")
+    assert not recording.complete
+    assert (recording.ledger == Entry.RECORDED).sum() >= 500
+
+
+def test_signals_that_end_programs_do_not_end_a_guardian(tmp_path: Path) -> None:
+    with emulated(GAIN, watchdog_s=NEVER) as bench, played(bench, tmp_path / "run.h5") as host:
+        watching = guardian_of(host.pid)
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            os.kill(watching, number)
+        assert os.getpgid(watching) != os.getpgid(host.pid), "Ctrl-C at the terminal would reach it"
+        os.kill(host.pid, signal.SIGKILL)
+        host.wait(5)
+        assert eventually(lambda: bench.look().level_v == SAFE_V, 2.0)
+
+
+def test_a_program_that_dies_before_it_played_leaves_the_output_as_it_was() -> None:
+    program = ("import os, sys; from rig import guardian, registry; device = registry.connect(sys.argv[1]); "
+               "posted = guardian.post(device); posted._await('ready'); os.abort()")
+    with emulated(GAIN, watchdog_s=NEVER) as bench:
+        with connect(bench.address) as device:
+            device.safe(4.0, 0.0)
+        ended = subprocess.run(
+            [sys.executable, "-c", program, bench.address], check=False, cwd=ROOT, capture_output=True, text=True)
+        assert ended.returncode == -signal.SIGABRT, ended.stderr
+        with connect(bench.address) as device:  # waits for the lock: the guardian is gone by now
+            assert device.level_v() == pytest.approx(4.0, abs=1e-3)
+        assert "guardian:" not in ended.stderr
+
+
+def test_a_run_that_ended_well_leaves_nobody_behind() -> None:
+    with emulated(GAIN, speed=10) as bench:
+        outcome = _run(bench)
+        assert outcome.complete
+        assert [event.kind for event in outcome.events] == ["safe"]
+        with pytest.raises(StopIteration):
+            guardian_of(os.getpid())
+
+
+def test_a_guardian_that_dies_in_a_run_is_told() -> None:
+    with emulated(GAIN, speed=10) as bench:
+        outcome = _run(bench, lambda done, total: _kill_guardian() if 0 < done < total else None)
+        assert outcome.complete
+        assert [event.kind for event in outcome.events] == ["safe", "guardian"]
+        assert "not watched over to its end" in outcome.events[-1].text
+        assert bench.look().level_v == SAFE_V
+
+
+def test_another_device_at_the_address_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(guardian, "TRY_FOR_S", 0.2)
+    with emulated(GAIN) as bench:
+        kind, where = driver_at(bench.address)
+        port = kind.port(where)
+        assert port is not None
+        claim = ownership.claim(port)
+        with pytest.raises(DeviceError, match="another device answers"):
+            make_safe(bench.address, "the one that was pulled", claim, Order(3.0, 0.1))
+        assert bench.look().level_v is None
+        claim.release()
+
+
+def test_the_port_stays_locked_until_the_guardian_is_done(tmp_path: Path) -> None:
+    with emulated(GAIN, watchdog_s=NEVER) as bench, played(bench, tmp_path / "run.h5") as host:
+        watching = guardian_of(host.pid)
+        os.kill(watching, signal.SIGSTOP)
+        os.kill(host.pid, signal.SIGKILL)
+        host.wait(5)
+        with pytest.raises(DeviceError, match=r"in use: by process .*one program at a time"):
+            connect(bench.address)
+        assert bench.look().level_v == pytest.approx(5.0, abs=1e-3)
+        os.kill(watching, signal.SIGCONT)
+        assert eventually(lambda: bench.look().level_v == SAFE_V, 2.0)
+
+
+def test_a_run_without_a_guardian_is_not_begun(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "executable", "/nowhere/python")
+    with emulated(GAIN) as bench:
+        with connect(bench.address) as device, pytest.raises(DeviceError, match="no guardian can be started"):
+            run(long_plan(), device, Nowhere())
+        assert bench.look().level_v is None
+
+
+def _run(bench: Emulated, progress: Callable[[int, int], None] = lambda done, total: None) -> Outcome:
+    with connect(bench.address) as device:
+        return run(short_plan(), device, Nowhere(), progress)
+
+
+def _kill_guardian() -> None:
+    try:
+        os.kill(guardian_of(os.getpid()), signal.SIGKILL)
+    except (StopIteration, FileNotFoundError):
+        return
