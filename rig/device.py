@@ -9,14 +9,13 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext, suppress
-from dataclasses import dataclass, field
-from enum import IntFlag
 from types import TracebackType
 from typing import TYPE_CHECKING, ClassVar, Self, final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rig.block import Array, Block, Flag
+from rig.capabilities import Capabilities, Identity
 from rig.errors import DeviceError, RefusedError
 from rig.output_limits import check_level, check_samples
 from rig.ownership import Claim
@@ -24,7 +23,8 @@ from rig.ownership import Claim
 if TYPE_CHECKING:
     from rig.plan import Limits
 
-Array = NDArray[np.float64]
+__all__ = ["Array", "Block", "Capabilities", "Device", "Flag", "Identity"]
+
 log = logging.getLogger(__name__)
 
 POLL_S = 0.1
@@ -33,69 +33,6 @@ STALL_S = 3.0
 """Silence after which a stream is given up, beyond two sample periods."""
 RATE_TOLERANCE = 1e-9
 """Relative; a rate further from the achievable one is refused rather than silently replaced."""
-
-
-class Flag(IntFlag):
-    """What happened to a block, or to the samples between the block before and this one."""
-
-    NONE = 0
-    OVERRUN = 1
-    LINK_LOSS = 2
-    CLIPPED = 4
-    RESENT = 8
-
-
-@dataclass(frozen=True)
-class Identity:
-    """Who the device is, as it says itself."""
-
-    model: str
-    serial: str
-    firmware: str
-
-    def __str__(self) -> str:
-        """Return the identity in one line."""
-        return f"{self.model} serial {self.serial} firmware {self.firmware}"
-
-
-@dataclass(frozen=True)
-class Capabilities:
-    """What the device can do. ``buffer_samples`` None: nothing to overrun. ``max_samples`` None: runs of any length."""
-
-    output_low_v: float
-    output_high_v: float
-    input_low_v: float
-    input_high_v: float
-    min_rate_hz: float
-    max_rate_hz: float
-    output_bits: int
-    input_bits: int
-    buffer_samples: int | None = None
-    max_samples: int | None = None
-
-    @property
-    def output_lsb_v(self) -> float:
-        """Return the step of the DAC in V: codes are symmetric, 0 V and both ends of the range are exact."""
-        return (self.output_high_v - self.output_low_v) / float((1 << self.output_bits) - 2)
-
-    @property
-    def input_lsb_v(self) -> float:
-        """Return the step of the ADC in V, by the same rule as the DAC."""
-        return (self.input_high_v - self.input_low_v) / float((1 << self.input_bits) - 2)
-
-
-@dataclass(frozen=True)
-class Block:
-    """Samples y (V) of the run from index ``start`` on; indices skipped since the block before are lost."""
-
-    start: int
-    y: Array
-    flags: Flag = field(default=Flag.NONE)
-
-    @property
-    def stop(self) -> int:
-        """Return the index after the last sample."""
-        return self.start + int(self.y.size)
 
 
 class Device(ABC):

@@ -1,0 +1,42 @@
+"""Who is a device, and what can it do?"""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Identity:
+    """Who the device is, as it says itself."""
+
+    model: str
+    serial: str
+    firmware: str
+
+    def __str__(self) -> str:
+        """Return the identity in one line."""
+        return f"{self.model} serial {self.serial} firmware {self.firmware}"
+
+
+@dataclass(frozen=True)
+class Capabilities:
+    """What the device can do. ``buffer_samples`` None: nothing to overrun. ``max_samples`` None: runs of any length."""
+
+    output_low_v: float
+    output_high_v: float
+    input_low_v: float
+    input_high_v: float
+    min_rate_hz: float
+    max_rate_hz: float
+    output_bits: int
+    input_bits: int
+    buffer_samples: int | None = None
+    max_samples: int | None = None
+
+    @property
+    def output_lsb_v(self) -> float:
+        """Return the step of the DAC in V: codes are symmetric, 0 V and both ends of the range are exact."""
+        return (self.output_high_v - self.output_low_v) / float((1 << self.output_bits) - 2)
+
+    @property
+    def input_lsb_v(self) -> float:
+        """Return the step of the ADC in V, by the same rule as the DAC."""
+        return (self.input_high_v - self.input_low_v) / float((1 << self.input_bits) - 2)
