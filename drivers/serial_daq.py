@@ -171,9 +171,10 @@ class SerialDaq(Device):
             overrun = run.status.condition & Condition.OVERRUN
             run.incoming.lost(*unpack_range(frame.payload), OVERRUN if overrun else LINK_LOSS)
         elif frame.kind == Kind.STATUS:
-            run.status = Status.unpack(frame.payload)
-            run.outgoing.heard(run.status, time.monotonic())
-            run.incoming.sent(run.status.sent)
+            status = Status.unpack(frame.payload)
+            run.outgoing.heard(status, time.monotonic())
+            run.incoming.sent(status.sent)
+            run.status = status
 
     def _block(self, run: _Run) -> Block | None:
         """Return the samples next in order, in V, None when none is there."""

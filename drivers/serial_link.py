@@ -1,4 +1,4 @@
-"""How does the host talk over a serial port that may lose bytes, fall silent or be pulled?"""
+"""How does the host talk over a serial port that may lose bytes, fall silent, be pulled and come back?"""
 
 import itertools
 import os
@@ -16,20 +16,24 @@ from rig.errors import DeviceError
 
 READ_S, REPLY_S, WRITE_S, QUIET_S = 0.01, 0.5, 2.0, 0.05
 TRIES = 3
+BACK_S, AGAIN_S = 4.0, 0.05
+"""How long a port that is gone is waited for, from the moment it went, and how often it is looked for."""
 
 
 @final
 class SerialLink:
     """Frames over a serial port of one's own.
 
-    After a time-out the link is dirty: it is emptied, and the device is asked who it is, before the next command.
+    After a time-out the link is dirty: it is emptied, and the device is asked who it is, before the next command. So it
+    is when the port was gone and came back: a run is over then, but the output can still be made safe.
     """
 
     def __init__(self, port: str, baud: int) -> None:
         """Open ``port`` and lock out others; raise DeviceError when that fails."""
-        self.port, self.bytes_per_s = port, baud / 10
-        with _told(port):
-            self._port = serial.Serial(port, baud, timeout=READ_S, write_timeout=WRITE_S, exclusive=True)
+        self.port, self.bytes_per_s, self._baud = port, baud / 10, baud
+        self._port = self._opened()
+        self._gone_s: float | None = None
+        self._greeting = TRIES
         self._reader = FrameReader()
         self._inbox: deque[Frame] = deque()
         self._numbers = itertools.count(int.from_bytes(os.urandom(3), "little"))
@@ -38,18 +42,21 @@ class SerialLink:
 
     def introduce(self, patience_s: float) -> str:
         """Return the reply to ``ID?``, asked until ``patience_s`` are over; raise DeviceError when none comes."""
-        self._who = self._ask("ID?", tries=max(1, round(patience_s / REPLY_S)))
+        self._greeting = max(1, round(patience_s / REPLY_S))
+        self._who = self._ask("ID?", self._greeting)
         return self._who
 
     def ask(self, command: str) -> str:
         """Return the reply to ``command``, without its OK; raise DeviceError when there is none or it is a refusal."""
+        if self._gone_s is not None:
+            self._reopen(self._gone_s + BACK_S)
         if self._dirty:
             self._clean()
         return self._ask(command, TRIES)
 
     def send(self, *frames: Frame) -> None:
         """Send ``frames``; raise DeviceError when the port takes nothing or is gone."""
-        with _told(self.port):
+        with self._crossing():
             self._port.write(b"".join(map(encode, frames)))
 
     def receive(self) -> list[Frame]:
@@ -67,6 +74,37 @@ class SerialLink:
     def close(self) -> None:
         """Release the port."""
         self._port.close()
+
+    def _opened(self) -> serial.Serial:
+        """Return the port, opened for this program alone; raise DeviceError."""
+        with _told(self.port):
+            return serial.Serial(self.port, self._baud, timeout=READ_S, write_timeout=WRITE_S, exclusive=True)
+
+    @contextmanager
+    def _crossing(self) -> Iterator[None]:
+        """Note when the port is gone."""
+        try:
+            with _told(self.port):
+                yield
+        except DeviceError:
+            self._dirty = True
+            self._gone_s = time.monotonic() if self._gone_s is None else self._gone_s
+            raise
+
+    def _reopen(self, until_s: float) -> None:
+        """Open the port again, which may take a while to come back; raise DeviceError when it does not."""
+        self._port.close()
+        while True:
+            try:
+                self._port = self._opened()
+            except DeviceError as error:
+                if time.monotonic() > until_s:
+                    raise DeviceError("the link to the device is gone", where=self.port, do=error.do,
+                                      value=f"not back after {BACK_S:g} s: {error.value}") from error
+                time.sleep(AGAIN_S)
+            else:
+                self._gone_s = None
+                return
 
     def _ask(self, command: str, tries: int) -> str:
         """Send ``command`` up to ``tries`` times under one number, so that it is done once; return its reply."""
@@ -105,14 +143,14 @@ class SerialLink:
                 quiet_s = time.monotonic()
         self._reader.clear()
         self._inbox.clear()
-        who = self._ask("ID?", TRIES)
+        who = self._ask("ID?", self._greeting)
         if self._who is not None and who != self._who:
             raise DeviceError("another device answers", where=self.port, value=repr(who), allowed=repr(self._who))
         self._dirty = False
 
     def _read(self) -> list[Frame]:
         """Return the frames that arrived now, and put them into the inbox."""
-        with _told(self.port):
+        with self._crossing():
             frames = self._reader.feed(self._port.read(max(1, self._port.in_waiting)))
         self._inbox.extend(frames)
         return frames

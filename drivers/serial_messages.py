@@ -31,6 +31,7 @@ from numpy.typing import NDArray
 
 from drivers.converter import Codes
 from rig.device import Capabilities
+from rig.plausible import is_positive
 
 PROTOCOL = "2"
 SAMPLES_PER_FRAME = 512
@@ -38,6 +39,8 @@ SAMPLES_PER_FRAME = 512
 SAMPLES_PER_REPEAT = 64
 """At most, in a frame sent because a longer one did not arrive."""
 LONGEST_RAMP_MS = 60_000
+MOST_SAMPLES = 2**32 - 1
+"""Sample numbers are u32 on the wire."""
 _STATUS = Struct("<BBIII")
 _RANGE = Struct("<II")
 
@@ -105,13 +108,22 @@ class Description:
     history: int
     watchdog_s: float
 
+    def __post_init__(self) -> None:
+        """Refuse what no device has; raise ValueError. What the device contract has too is checked there."""
+        for name in ("clock_hz", "watchdog_s"):
+            if not is_positive(getattr(self, name)):
+                raise ValueError(f"{name}={getattr(self, name)}; allowed: above 0")
+        for name, least in (("output_fifo", 1), ("input_fifo", 1), ("history", 0)):
+            if not least <= getattr(self, name) <= MOST_SAMPLES:
+                raise ValueError(f"{name}={getattr(self, name)} samples; allowed: {least} to {MOST_SAMPLES}")
+
     def text(self) -> str:
         """Return the reply to ``CAP?``, without its OK."""
         return lines({field.name: repr(getattr(self, field.name)) for field in fields(self)})
 
     @classmethod
     def read(cls, text: str) -> Self:
-        """Return the description in a reply; raise ValueError when a field is missing or no number."""
+        """Return the description in a reply; raise ValueError when a field is missing, no number or impossible."""
         said = named(text)
         if missing := [field.name for field in fields(cls) if field.name not in said]:
             raise ValueError(f"the device does not tell its {', '.join(missing)}")
@@ -123,7 +135,7 @@ class Description:
         return Capabilities(
             self.output_low_v, self.output_high_v, self.input_low_v, self.input_high_v, self.min_rate_hz,
             self.max_rate_hz, self.output_bits, self.input_bits, buffer_samples=self.output_fifo,
-            max_samples=2**32 - 1,
+            max_samples=MOST_SAMPLES,
         )
 
 

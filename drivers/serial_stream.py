@@ -36,7 +36,7 @@ class Outgoing:
         self._codes, self._bits, self._fifo = codes, bits, fifo
         self._most = max(1, min(SAMPLES_PER_OUTPUT, fifo // FIFO_SHARE))
         self._window = max(window, 2 * self._most)
-        self._next = self._accepted = self._played = 0
+        self._next = self._furthest = self._accepted = self._played = 0
         self._progress_s = 0.0
 
     @property
@@ -45,7 +45,9 @@ class Outgoing:
         return self._accepted >= min(self._codes.size, self._fifo)
 
     def heard(self, status: Status, now_s: float) -> None:
-        """Note what the device took; go back to where it stopped following."""
+        """Note what the device took; go back to where it stopped following. Raise ValueError for what cannot be."""
+        if not status.played <= status.accepted <= self._furthest:
+            raise ValueError(f"{status.played} played, {status.accepted} accepted of {self._furthest} samples sent")
         advanced = status.accepted > self._accepted
         self._accepted, self._played = max(self._accepted, status.accepted), max(self._played, status.played)
         if advanced or self._next == self._accepted:
@@ -63,6 +65,7 @@ class Outgoing:
                 break
             frames.append(Frame(Kind.OUTPUT, self._next, pack_codes(self._codes[self._next:last], self._bits)))
             self._next = last
+        self._furthest = max(self._furthest, self._next)
         return frames
 
 

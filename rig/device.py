@@ -19,6 +19,7 @@ from rig.capabilities import Capabilities, Identity
 from rig.errors import DeviceError, RefusedError
 from rig.output_limits import check_level, check_samples
 from rig.ownership import Claim
+from rig.plausible import impossible
 
 if TYPE_CHECKING:
     from rig.plan import Limits
@@ -177,9 +178,13 @@ class Device(ABC):
         self.close()
 
     def _facts(self) -> tuple[Identity, Capabilities]:
-        """Return identity and capabilities, asked once a connection."""
+        """Return identity and capabilities, asked once a connection; raise DeviceError for what cannot be."""
         if self._known is None:
-            self._known = (self._identity(), self._capabilities())
+            who, can = self._identity(), self._capabilities()
+            if (wrong := impossible(can)) is not None:
+                raise DeviceError("the device describes itself badly", where=str(who), value=wrong,
+                                  do="update its firmware, or see that the address is that of this device")
+            self._known = (who, can)
         return self._known
 
     def _check_rate(self, rate_hz: float) -> None:

@@ -99,6 +99,8 @@ def run(
             guardian.arm(plan.safe_level_v, plan.ramp_s)
         state = _Progress(plan.u.size)
         ended_by = _guarded(lambda: _play(blocks, writer, progress, state, stop))
+        if isinstance(ended_by, RigError):
+            state.note("failed", str(ended_by))
         unsafe = _make_safe(plan, device, blocks, state)
         if guardian is not None and unsafe is None:
             _relieve(guardian, state)

@@ -27,6 +27,7 @@ class Insight:
     overrun_samples: int
     underrun: bool
     watchdog_tripped: bool
+    struck: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -87,6 +88,6 @@ def _over(pipe: Connection, device: SerialPty) -> bool:
     pipe.send({
         "level_v": model.level_v(device.now_s), "state": model.state.value, "played": model.played,
         "overrun_samples": model.overrun_samples, "underrun": model.underrun,
-        "watchdog_tripped": model.watchdog_tripped,
+        "watchdog_tripped": model.watchdog_tripped, "struck": tuple(device.wire.mischief.struck),
     })
     return False

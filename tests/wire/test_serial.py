@@ -154,7 +154,8 @@ def test_a_host_that_listens_keeps_the_watchdog_quiet() -> None:
         assert not bench.look().watchdog_tripped
 
 
-def test_a_device_that_dies_is_reported_and_what_came_is_kept(tmp_path: Path) -> None:
+def test_a_device_that_dies_is_reported_and_what_came_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drivers.serial_link.BACK_S", 0.3)
     with emulated(GAIN, faults=happening(What.TORN, 5000)) as bench:
         outcome = record(plan_of(waves(20_000), 10_000.0), bench.address, tmp_path / "run.h5")
     assert isinstance(outcome.failure, DeviceError)

@@ -7,6 +7,7 @@ import time
 import tty
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -217,6 +218,57 @@ def test_a_device_that_does_not_come_to_rest_at_the_safe_level_is_reported(
 def test_a_port_that_is_not_there_is_told_with_what_to_do() -> None:
     with pytest.raises(DeviceError, match=r"/dev/nowhere: the port cannot be opened.*rig devices"):
         connect("serial:/dev/nowhere")
+
+
+def test_a_device_that_was_unplugged_is_spoken_to_again_once_it_says_who_it_is(tmp_path: Path) -> None:
+    port, asked = tmp_path / "port", []
+
+    def answer(command: str) -> tuple[float, str | None]:
+        asked.append(command)
+        return plain(command)
+
+    with peer(plain) as path:
+        port.symlink_to(path)
+        link = SerialLink(str(port), 115200)
+        link.introduce(0.6)
+    port.unlink()
+    with pytest.raises(DeviceError, match="the link to the device is gone"):
+        link.ask("ONE")
+    with peer(answer) as path:
+        port.symlink_to(path)
+        assert link.ask("TWO") == "said=TWO"
+        link.close()
+    assert asked == ["ID?", "TWO"]
+
+
+def test_another_device_on_a_port_that_came_back_is_refused(tmp_path: Path) -> None:
+    port = tmp_path / "port"
+    with peer(plain) as path:
+        port.symlink_to(path)
+        link = SerialLink(str(port), 115200)
+        link.introduce(0.6)
+    port.unlink()
+    with pytest.raises(DeviceError, match="gone"):
+        link.send(Frame(Kind.ALIVE, 0))
+    with peer(lambda command: (0.0, WHO.replace("serial=7", "serial=8"))) as path:
+        port.symlink_to(path)
+        with pytest.raises(DeviceError, match=r"another device answers.*serial=8.*allowed.*serial=7"):
+            link.ask("SAFE 0 0")
+        link.close()
+
+
+def test_a_port_that_does_not_come_back_is_waited_for_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drivers.serial_link.BACK_S", 0.3)
+    with peer(plain) as path:
+        link = SerialLink(path, 115200)
+    with pytest.raises(DeviceError, match="gone"):
+        link.receive()
+    begun = time.monotonic()
+    for _ in range(5):
+        with pytest.raises(DeviceError, match="plug the device in"):
+            link.ask("SAFE 0 0")
+    assert time.monotonic() - begun < 1.0
+    link.close()
 
 
 def test_a_link_that_is_torn_is_told_as_such() -> None:

@@ -156,6 +156,16 @@ def test_silence_about_what_was_sent_makes_it_be_sent_again() -> None:
     assert reach(out.due()) == 900
 
 
+@pytest.mark.parametrize("impossible", [status(901), status(2**32 - 1, 2**32 - 1), status(100, 200)])
+def test_a_status_that_cannot_be_changes_nothing(impossible: Status) -> None:
+    out = Outgoing(codes(0, 2000), 16, fifo=900, window=4000)
+    assert reach(out.due()) == 900
+    with pytest.raises(ValueError, match="accepted of 900 samples sent"):
+        out.heard(impossible, 0.0)
+    assert not out.filled
+    assert out.due() == []
+
+
 def test_the_end_is_sent_even_when_it_is_short() -> None:
     out = Outgoing(codes(0, 1010), 16, fifo=1000, window=4000)
     out.due()

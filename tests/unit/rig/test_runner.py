@@ -207,7 +207,8 @@ def test_an_output_not_confirmed_safe_is_the_gravest_reason(device: ScriptedDevi
     outcome = run(plan(), device, Kept())
     assert isinstance(outcome.failure, DeviceError)
     assert "not confirmed safe: no answer; switch the rig off by hand" in outcome.reason
-    assert kinds(outcome) == ["ramp", "unsafe"]
+    assert kinds(outcome) == ["failed", "ramp", "unsafe"]
+    assert outcome.events[0].text == "something else", "what began it is kept too"
 
 
 def test_a_clock_that_does_not_stop_does_not_keep_the_ramp_away(device: ScriptedDevice) -> None:

@@ -1,0 +1,127 @@
+"""How is one case of the matrix played, and what of its end must not be?"""
+
+import time
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from rig import session
+from rig.device import Array
+from rig.errors import DeviceError, IncompleteError, RigError
+from rig.recording import Entry, read
+from tests.wire.emulated import CONTEXT, Emulated
+from tests.wire.matrix.case import Case, End, Ended, Output, Verdict
+
+DEADLINE_S = 20.0
+"""From the start of the program to its end. The run takes 1 s at most; the rest is what waiting may add up to."""
+SAFE_LEVEL_V = 1.0
+COME_TO_REST_S = 5.0
+"""The watchdog of a device that was left alone acts after 2 s, and ramps."""
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A kind of device to be tried: how to emulate it, what to play on it, and what must come back."""
+
+    kind: str
+    cases: tuple[Case, ...]
+    emulate: Callable[[Case], AbstractContextManager[Emulated]]
+    protocol: str
+    expected: Callable[[Array], Array]
+
+
+def play(bench: Bench, case: Case) -> Verdict:
+    """Play ``case`` from connecting to closing, in a process of its own, and judge how it ended."""
+    with TemporaryDirectory() as folder, bench.emulate(case) as device:
+        path = Path(folder) / "run.h5"
+        ended, seconds = _hosted(device.address, bench.protocol, path, case)
+        output = _output(device, ended)
+        struck = device.look().struck
+        kept, total, wrong_samples = _kept(path, bench.expected)
+    wrong = _wrong(case, ended, output, struck, wrong_samples, kept)
+    return Verdict(ended, output, kept, total, seconds, sum(struck), wrong)
+
+
+def _hosted(address: str, protocol: str, path: Path, case: Case) -> tuple[Ended, float]:
+    """Run the program; return how it ended and how long it took."""
+    here, there = CONTEXT.Pipe()
+    process = CONTEXT.Process(target=_record, args=(there, address, protocol, path, case.naps))
+    begun = time.monotonic()
+    process.start()
+    there.close()
+    try:
+        ended = here.recv() if here.poll(DEADLINE_S) else Ended(End.HUNG, f"no end after {DEADLINE_S:g} s")
+    except EOFError:
+        ended = Ended(End.CRASHED, "the program ended without a word")
+    took_s = time.monotonic() - begun
+    process.join(5)
+    if process.is_alive():
+        process.kill()
+        process.join()
+    return ended, took_s
+
+
+def _record(pipe: Connection, address: str, protocol: str, path: Path, naps: tuple[tuple[int, float], ...]) -> None:
+    """Be the program: record, and tell how that ended."""
+    text = path.with_suffix(".yaml")
+    text.write_text(protocol)
+    left = list(naps)
+
+    def progress(done: int, total: int) -> None:
+        if left and done > left[0][0]:
+            time.sleep(left.pop(0)[1])
+
+    try:
+        outcome = session.record(text, address, path, progress).outcome
+    except RigError as error:
+        pipe.send(Ended(End.REFUSED, str(error)))
+        return
+    events = tuple(f"{event.kind}: {event.text}" for event in outcome.events)
+    ends = {type(None): End.WHOLE, IncompleteError: End.GAPS, DeviceError: End.FAILED}
+    pipe.send(Ended(ends[type(outcome.failure)], outcome.reason, events))
+
+
+def _output(device: Emulated, ended: Ended) -> Output:
+    """Return where the output comes to rest, by the device itself."""
+    deadline = time.monotonic() + COME_TO_REST_S
+    while True:
+        level = device.look().level_v
+        if level is None:
+            return Output.NONE
+        if abs(level - SAFE_LEVEL_V) < 1e-3:
+            return Output.SAFE
+        if time.monotonic() > deadline or ended.end is End.WHOLE:
+            return Output.TOLD if "not confirmed safe" in ended.reason else Output.UNSAFE
+        time.sleep(0.02)
+
+
+def _kept(path: Path, expected: Callable[[Array], Array]) -> tuple[int, int, int]:
+    """Return how many samples are recorded, of how many, and how many of them are wrong."""
+    if not path.exists():
+        return 0, 0, 0
+    recording = read(path)
+    here = recording.ledger == Entry.RECORDED
+    off = np.abs(recording.y - expected(recording.u))[here]
+    lost = np.isnan(recording.y[~here]).all()
+    return int(here.sum()), here.size, int((~(off < 1e-5)).sum()) + (0 if lost else here.size)
+
+
+def _wrong(
+    case: Case, ended: Ended, output: Output, struck: tuple[int, ...], wrong_samples: int, kept: int,
+) -> tuple[str, ...]:
+    """Return a sentence for everything that is not as it must be."""
+    found: dict[str, Any] = {
+        f"ended {ended.end.value}, not {case.end.value}": ended.end is not case.end,
+        f"does not say {case.says!r}": case.says not in " | ".join([ended.reason, *ended.events]),
+        f"{wrong_samples} wrong samples": wrong_samples,
+        f"output {output.value}, not {case.output.value}": output is not case.output,
+        "the fault did not happen": case.strikes and not all(struck),
+        "nothing was kept": ended.end in (End.WHOLE, End.GAPS) and not kept,
+    }
+    return tuple(sentence for sentence, true in found.items() if true)
