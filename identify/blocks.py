@@ -1,6 +1,6 @@
 """The stages of the plain model: the source with its delay, linear blocks, and F with or without memory."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -17,38 +17,23 @@ TOLERANCE_FACTOR = 3.0  # a refitted value of a linear block's denominator stays
 
 @dataclass(frozen=True)
 class Source(Stage):
-    """The generator's output, late by the sum of its delays.
-
-    Every block of the chain is time-invariant, so a dead time anywhere in it may be taken here, where a held input
-    makes it exact (physics.md 1.1: a delay moves freely along the chain).
-    """
+    """The generator's output: held between its updates, or continuous."""
 
     held: bool = True
-    fixed_delay_s: float = 0.0
-    delays: tuple[Parameter, ...] = ()
     name: str = "source"
     place: Place = Place.SOURCE
 
     def parameters(self) -> tuple[Parameter, ...]:
-        """Return the fitted dead times."""
-        return self.delays
+        """Return none."""
+        return ()
 
     def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
-        """Return the delay line; a held signal is late by one instant more, because y is read before u acts."""
-        whole, fraction = self.late(values, grid)
-        if self.held:
-            return delay_line(whole), Held(fraction)
-        return _interpolating_delay_line(whole, fraction), Ramp()
-
-    def late(self, values: Values, grid: Grid) -> tuple[int, float]:
-        """Return by how many whole steps, and by which fraction of one, the source is late."""
-        steps = max(self.fixed_delay_s + sum(values), 0.0) / grid.step_s
-        whole = int(np.floor(steps + 1e-9))
-        return whole, max(steps - whole, 0.0)
+        """Return the signal as it is: Block.source is already the voltage just before each instant."""
+        return (lambda block: block.signal), Held() if self.held else Ramp()
 
 
 def delay_line(whole: int) -> Run:
-    """Return a pure shift by ``whole`` instants; Block.source is already the voltage just before each instant."""
+    """Return a pure shift by ``whole`` instants, of a signal that was 0 before."""
     past = np.zeros(whole)
 
     def run(block: Block) -> Array:
@@ -62,12 +47,6 @@ def delay_line(whole: int) -> Run:
     return run
 
 
-def _interpolating_delay_line(whole: int, fraction: float) -> Run:
-    """Return a shift by ``whole + fraction`` instants, straight between instants."""
-    near, far = delay_line(whole), delay_line(whole + 1)
-    return lambda block: (1.0 - fraction) * near(block) + fraction * far(block)
-
-
 @dataclass(frozen=True)
 class LinearBlock(Stage):
     """G1 or G2: a rational function of s whose DC gain stays as the rig file gives it (it is F's to scale).
@@ -75,14 +54,24 @@ class LinearBlock(Stage):
     Fitted are the denominator's sections of second order, 1 + s1 s + s2 s^2, in log coordinates within a factor of the
     start (one section of first order where the order is odd), so that every value is stable; and the numerator's
     coefficients over its constant term, linear, so that zeros may lie anywhere.
+
+    What it puts out may be late, by ``fixed_delay_s`` and by what is fitted. A delay moves freely along a chain of
+    time-invariant blocks (physics.md 1.1); behind a linear block it is exact between instants, in front of F it would
+    not be, since F then turns where no instant is.
     """
 
     start: Rational
     name: str
     place: Place
     within: float | None = TOLERANCE_FACTOR
+    fixed_delay_s: float = 0.0
+    delays: tuple[Parameter, ...] = ()
 
     def parameters(self) -> tuple[Parameter, ...]:
+        """Return those of ``coefficients``, then the fitted dead times."""
+        return (*self.coefficients(), *self.delays)
+
+    def coefficients(self) -> tuple[Parameter, ...]:
         """Return ``NAME.den.s2 NAME.den.s1``, from third order ``NAME.den.section1.s2 ...``; ``NAME.num.s1 ...``."""
         degree = len(self.start.num) - 1
         scales = [self._numerator_scale(k) for k in range(degree, 0, -1)]
@@ -107,15 +96,15 @@ class LinearBlock(Stage):
         return float(max(0.1 * time_s**power, 0.3 * given))
 
     def start_values(self) -> Values:
-        """Return the rig file's values; ValueError when its denominator, of third order on, is not stable."""
+        """Return the rig file's coefficients; ValueError when its denominator, of third order on, is not stable."""
         num = self.start.num
         den = tuple(value for part in sections(self.start.den) for value in part)
         return den + tuple(b / num[-1] for b in num[:-1])
 
     def rational(self, values: Values) -> Rational:
         """Return the block with fitted coefficients, in descending powers of s."""
-        order = len(self.start.den) - 1
-        num = tuple(self.start.dc_gain * b for b in (*values[order:], 1.0))
+        order, last = len(self.start.den) - 1, len(values) - len(self.delays)
+        num = tuple(self.start.dc_gain * b for b in (*values[order:last], 1.0))
         if order <= 2:
             return Rational(num, (*values[:order], 1.0), self.start.dead_time_s)
         return Rational(num, product(self.parts(values)), self.start.dead_time_s)
@@ -125,17 +114,31 @@ class LinearBlock(Stage):
         ends = np.cumsum((0, *_sizes(len(self.start.den) - 1))).tolist()
         return [values[first:last] for first, last in pairwise(ends)]
 
+    def delay_s(self, values: Values) -> float:
+        """Return by how much what it puts out is late, s."""
+        return max(self.fixed_delay_s + sum(values[len(values) - len(self.delays) :]), 0.0)
+
+    def late(self, values: Values, grid: Grid) -> tuple[int, float]:
+        """Return by how many whole steps, and by which fraction of one, it is late."""
+        steps = self.delay_s(values) / grid.step_s
+        whole = int(np.floor(steps + 1e-9))
+        return whole, max(steps - whole, 0.0)
+
     def stepper(self, values: Values, grid: Grid, shape: Shape) -> Stepper:
-        """Return the block's exact step on ``grid`` for an input of ``shape``."""
-        fitted = self.rational(values)
+        """Return the block's exact step on ``grid`` for an input of ``shape``, late by a fraction of it."""
+        fitted, (_, fraction) = self.rational(values), self.late(values, grid)
         if isinstance(shape, Held):
-            return stepper(fitted.num, fitted.den, grid.step_s, "held", shape.fraction)
-        return stepper(fitted.num, fitted.den, grid.step_s, "ramp")
+            return stepper(fitted.num, fitted.den, grid.step_s, "held", shape.fraction, fraction)
+        return stepper(fitted.num, fitted.den, grid.step_s, "ramp", late=fraction)
 
     def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
-        """Return the running block; one without dynamics keeps the shape of its input."""
+        """Return the running block; one without dynamics keeps the shape of its input, a held one late."""
+        whole, fraction = self.late(values, grid)
+        late, through = delay_line(whole), run_linear(self.stepper(values, grid, shape))
         out_shape = shape if len(self.start.den) == 1 else Ramp()
-        return run_linear(self.stepper(values, grid, shape)), out_shape
+        if isinstance(out_shape, Held):
+            out_shape = Held(out_shape.fraction + fraction)
+        return (lambda block: through(replace(block, signal=late(block)))) if whole else through, out_shape
 
 
 def _sizes(order: int) -> tuple[int, ...]:

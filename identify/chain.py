@@ -11,7 +11,7 @@ import numpy as np
 from identify import kernels
 from identify.bent.curved import CurvedPlay
 from identify.between import source_of
-from identify.blocks import Gain, LinearBlock, Play, Source
+from identify.blocks import Gain, LinearBlock, Play, Source, delay_line
 from identify.discretise import without_leading_zeros
 from identify.model import Backlash, CurvedBacklash, LinearF, Model, NonlinearF, Rational
 from identify.stage import Block, Grid, Held, Parameter, Place, Ramp, Run, Shape, Stage, Values, is_fixed
@@ -128,16 +128,11 @@ def plain_chain(model: Model, intersample: Intersample = "held") -> Chain:
         for block, place in ((model.g1, Place.G1), (model.g2, Place.G2))
     )
     f = f_stage(model.f)
-    source, values = _late_source(model, intersample == "held")
+    values: dict[str, float] = {}
     for stage in (g1, f, g2):
         values |= dict(zip([p.name for p in stage.parameters()], stage.start_values(), strict=True))
-    return Chain((source, g1, f, g2), values)
-
-
-def is_late(chain: Chain) -> bool:
-    """Return whether a chain has a dead time, searched or held."""
-    source = chain.stage_of(Source)
-    return source is not None and bool(source.delays or source.fixed_delay_s)
+    late, delay = _late(g2, model)
+    return Chain((Source(intersample == "held"), g1, f, late), {**values, **delay})
 
 
 def as_promised(chain: Chain, model: Model) -> Chain:
@@ -153,16 +148,16 @@ def f_stage(f: NonlinearF | LinearF) -> Play | CurvedPlay | Gain:
     return CurvedPlay(f) if isinstance(f, CurvedBacklash) else Gain(f)
 
 
-def _late_source(model: Model, held: bool) -> tuple[Source, dict[str, float]]:
-    """Return the source with the dead times of G1 and G2 as one: only their sum shows, so only the sum is searched.
+def _late(g2: LinearBlock, model: Model) -> tuple[LinearBlock, dict[str, float]]:
+    """Return G2 with the dead times of G1 and G2 as one: only their sum shows, so only the sum is searched.
 
     It is searched unless the rig file holds every dead time it gives.
     """
     given = {"G1.dead_time": model.g1.dead_time_s, "G2.dead_time": model.g2.dead_time_s}
     total_s = sum(given.values())
     if not any(value > 0.0 and not is_fixed(name, model.fixed) for name, value in given.items()):
-        return Source(held, total_s), {}
-    return Source(held, 0.0, (Parameter(DELAY, "s", "log"),)), {DELAY: total_s}
+        return replace(g2, fixed_delay_s=total_s), {}
+    return replace(g2, delays=(Parameter(DELAY, "s", "log"),)), {DELAY: total_s}
 
 
 def grid_of(trace: Trace, substeps: int = 1) -> Grid:
@@ -231,21 +226,21 @@ def _fused(chain: Chain, grid: Grid) -> Run | None:
     source, g1, f, g2 = chain.stages
     assert isinstance(g1, LinearBlock)
     assert isinstance(g2, LinearBlock)
-    delay, shape = source.begin(chain.of(source, grid.run), grid, Ramp())
+    _, shape = source.begin((), grid, Ramp())
     one = g1.stepper(chain.of(g1, grid.run), grid, shape)
     two = g2.stepper(chain.of(g2, grid.run), grid, shape if one.g1 == (0.0,) and isinstance(shape, Held) else Ramp())
+    late = delay_line(g2.late(chain.of(g2, grid.run), grid)[0])
     s_l, d_l, s_u, d_u = chain.of(f, grid.run)
     x1, w, x2, last = one.at_rest(), 0.0, two.at_rest(), 0.0
 
     def run(block: Block) -> Array:
         nonlocal x1, w, x2, last
-        u = delay(block)
-        out = np.empty_like(u)
+        u, out = block.signal, np.empty_like(block.signal)
         x1, w, x2, last = kernels.plain_chain(
             one.rows, one.g0, one.g1, one.c, one.d, x1, s_l, d_l, s_u, d_u, w,
             two.rows, two.g0, two.g1, two.c, two.d, x2, last, u, out,
         )  # fmt: skip
-        return out
+        return late(replace(block, signal=out))
 
     return run
 

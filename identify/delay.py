@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identify.blocks import Source
+from identify.blocks import LinearBlock
 from identify.chain import Chain
 from identify.fit import Fit
 from identify.interval import Interval
@@ -17,8 +17,7 @@ from identify.interval import Interval
 
 def delay_s(chain: Chain) -> float:
     """Return the sum of all dead times of a chain, s."""
-    source = chain.stage_of(Source)
-    return 0.0 if source is None else source.fixed_delay_s + sum(chain.values[p.name] for p in source.delays)
+    return sum(block.delay_s(chain.of(block, "")) for block in chain.stages if isinstance(block, LinearBlock))
 
 
 def total_delay(fit: Fit, wider: float = 1.0) -> Interval:
@@ -34,8 +33,7 @@ def total_delay(fit: Fit, wider: float = 1.0) -> Interval:
 
 def _searched(fit: Fit) -> list[str]:
     """Return the delays that were fitted, by name."""
-    source = fit.chain.stage_of(Source)
-    own = {p.name for p in source.delays} if source else set()
+    own = {p.name for block in fit.chain.stages if isinstance(block, LinearBlock) for p in block.delays}
     return [c.name for c in fit.coordinates if c.name in own]
 
 

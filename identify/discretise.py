@@ -3,6 +3,9 @@
 The input between two instants is one of two shapes. Ramp: straight from s[j-1] to s[j] (inside the chain, where
 signals are continuous). Held: constant at s[j], with the first ``fraction`` of the step still at s[j-1] (a DAC whose
 update arrives late by a part of a step). Both give x[j] = Phi x[j-1] + g0 s[j-1] + g1 s[j] without approximation.
+
+What a block puts out between two instants follows in the same way from the state at the first of them, so that a
+delay behind it by any part of a step is exact as well (``read_early``).
 """
 
 from dataclasses import dataclass
@@ -102,17 +105,50 @@ def exact_step(
     return phi, rest_phi @ transition(a, b, step * fraction)[1], g1
 
 
+def read_early(
+    a: Matrix, b: Matrix, step: float, shape: InputShape, late: float
+) -> tuple[Matrix, tuple[float, float]]:
+    """Return the state ``late`` of a step before an instant, and the input there.
+
+    The state as rows over (x[j-1], s[j-1], s[j]), shape (n, n + 2); the input as its shares of s[j-1] and s[j].
+    """
+    part = 1.0 - late
+    phi, held, ramp = transition(a, b, step * part)
+    if shape == "held":
+        return np.column_stack((phi, np.zeros_like(held), held)), (0.0, 1.0)
+    return np.column_stack((phi, held - part * ramp, part * ramp)), (late, part)
+
+
 @lru_cache(maxsize=4096)
-def stepper(num: Row, den: Row, step_s: float, shape: InputShape, fraction: float = 0.0) -> Stepper:
+def stepper(
+    num: Row, den: Row, step_s: float, shape: InputShape, fraction: float = 0.0, late: float = 0.0
+) -> Stepper:
     """Return the exact stepper of num/den for an input of the given shape; ``fraction`` is for held inputs.
 
+    With ``late`` of a step what it puts out comes that much later, the same whole step being left to a delay line.
     Raises ValueError when the block is improper or its denominator begins or ends in 0.
     Source: Van Loan, Computing integrals involving the matrix exponential, IEEE TAC 23 (1978) 395.
     """
     if len(den) == 1:
         _check(without_leading_zeros(num), den)
         gain = num[-1] / den[-1]
-        return Stepper(((0.0,),), (0.0,), (0.0,), (0.0,), gain)
+        if late == 0.0 or shape == "held":
+            return Stepper(((0.0,),), (0.0,), (0.0,), (0.0,), gain)
+        return Stepper(((0.0,),), (gain * late,), (gain * (1.0 - late),), (1.0,), 0.0)
     a, b, taps, d, w0 = companion(num, den)
     phi, g0, g1 = exact_step(a, b, step_s * w0, shape, fraction)
+    if late > 0.0:
+        phi, g0, g1, taps, d = _with_its_answer(phi, g0, g1, taps, d, read_early(a, b, step_s * w0, shape, late))
     return Stepper(tuple(map(tuple, phi.tolist())), tuple(g0.tolist()), tuple(g1.tolist()), tuple(taps.tolist()), d)
+
+
+def _with_its_answer(
+    phi: Matrix, g0: Matrix, g1: Matrix, taps: Matrix, d: float, early: tuple[Matrix, tuple[float, float]]
+) -> tuple[Matrix, Matrix, Matrix, Matrix, float]:
+    """Return a stepper of one state more, the answer between two instants, which is all that it puts out."""
+    n = phi.shape[0]
+    rows, (before, now) = early
+    answer = taps @ rows + d * np.array((*(0.0,) * n, before, now))
+    wider = np.zeros((n + 1, n + 1))
+    wider[:n, :n], wider[n, :n] = phi, answer[:n]
+    return wider, np.append(g0, answer[n]), np.append(g1, answer[n + 1]), np.eye(n + 1)[n], 0.0

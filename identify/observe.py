@@ -8,13 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.between import source_of
-from identify.chain import CHUNK, Chain, answered, chunks, grid_of, is_late, running, simulate
+from identify.chain import CHUNK, Chain, answered, chunks, grid_of, running, simulate
 from identify.colour import WHITE, Colour, whitening
 from identify.stage import Block
 from identify.trace import Array, Mask, Samples, Trace, blocks, regrouped
 
 FINEST = 32  # instants to a sample, at most
-LATE = 4  # times as many where the source is late: F meets v between instants, and that error falls with the step only
 SEEN = 1.0  # standard deviations of a matched test that stepping may be wrong by where candidates are compared
 LARGEST = 1 << 30  # instants of a run, at most: bounds time
 
@@ -136,8 +135,7 @@ def refined(observation: Observation, chain: Chain) -> Observation:
     The difference to the finest grid, summed over the run as a matched test would, stays below ``SEEN`` standard
     deviations.
     """
-    reach = LATE * FINEST if is_late(chain) else FINEST
-    finest = min(reach, 1 << max(int(np.log2(LARGEST / observation.trace.size)), 1))
+    finest = min(FINEST, 1 << max(int(np.log2(LARGEST / observation.trace.size)), 1))
     substeps = observation.substeps
     while substeps < finest and _is_seen(observation, chain, substeps, finest):
         substeps *= 2
@@ -150,7 +148,7 @@ def _is_seen(observation: Observation, chain: Chain, substeps: int, finest: int)
     """Return whether the error of stepping reaches SEEN standard deviations; the run is left where it does."""
     answers = (answered(chain, observation.trace, n, CHUNK // finest) for n in (substeps, finest))
     total, first = 0.0, 0
-    most = (0.5 if is_late(chain) else 1.0) * SEEN * observation.noise_v  # where late, the finest errs half as much
+    most = SEEN * observation.noise_v
     for coarse, fine in zip(*answers, strict=True):
         error = (coarse - fine)[observation.use[first : first + coarse.size]]
         total, first = total + float(error @ error), first + coarse.size

@@ -28,24 +28,28 @@ class Pair:
     single: Matrix
 
 
-def pair(phi: Matrix, g0: Array, g1: Array, taps: Matrix, feed: Array) -> Pair:
-    """Return the pair of steps x[j] = phi x[j-1] + g0 s[j-1] + g1 s[j], y[j] = taps x[j] + feed s[j]."""
-    one = np.column_stack((phi, g0, g1))
-    two = np.column_stack((phi @ one[:, :-1], phi @ g1 + g0, g1))
-    after_one, after_two = taps @ one, taps @ two
-    after_one[:, -1] += feed
-    after_two[:, -1] += feed
-    return Pair(two, after_one, after_two, one)
+def pair(at: Cascade, rows: Matrix) -> Pair:
+    """Return the pair of steps x[j] = phi x[j-1] + g0 s[j-1] + g1 s[j], outputs as ``rows`` of Cascade.rows."""
+    n = at.phi.shape[0]
+    one = np.column_stack((at.phi, at.g0, at.g1))
+    return Pair(_again(one, one[:, :n], one[:, n:]), rows, _again(one, rows[:, :n], rows[:, n:]), one)
+
+
+def _again(one: Matrix, states: Matrix, inputs: Matrix) -> Matrix:
+    """Return rows over the state after one instant and two inputs as rows over the state before it and three inputs."""
+    found = np.column_stack((states @ one, np.zeros(states.shape[0])))
+    found[:, -2:] += inputs
+    return found
 
 
 def pair_rows(at: Cascade, outputs: Sequence[Outputs], lanes: Sequence[int]) -> Matrix:
     """Return a table of lanes: an output in every named lane; rows 0-7 the states' part of the state after both, 8-10
     the inputs' part; 11-18 and 19, 20 the outputs after one; 21-28 and 29-31 after both; 32-39 and 40, 41 one step.
     """
-    taps, feed = np.zeros((WIDTH, at.phi.shape[0])), np.zeros(WIDTH)
+    rows = np.zeros((WIDTH, at.phi.shape[0] + 2))
     for output, lane in zip(outputs, lanes, strict=True):
-        taps[lane], feed[lane] = output.taps[0], output.feed[0]
-    both = pair(at.phi, at.g0, at.g1, taps, feed)
+        rows[lane] = at.rows(output)[0]
+    both = pair(at, rows)
     parts = (both.state, 11), (both.after_one, 10), (both.after_two, 11), (both.single, 10)
     return np.concatenate([_rows(columns, at.phi.shape[0], count) for columns, count in parts])
 
@@ -64,7 +68,7 @@ class ToW:
     def __init__(self, table: Matrix, lines: tuple[float, float, float, float]) -> None:
         """Take a table of ``tangents_to_w``, and slope and w at v = 0 of F's loading and unloading line."""
         self._table, self._lines = table, np.array(lines)
-        self._state, self._levels = np.zeros((3, WIDTH)), np.zeros(2)
+        self._state, self._levels = np.zeros((2, WIDTH)), np.zeros(2)
 
     def run(self, u: Array, w: Array, dw: Matrix) -> None:
         """Turn u into w, shape (n,), and dw, shape (n, 8)."""
@@ -76,8 +80,8 @@ class Through:
 
     def __init__(self, at: Cascade) -> None:
         """Take the block's own states out of its cascade."""
-        n, most = at.order, MOST_STATES
-        both = pair(at.phi[:n, :n], at.g0[:n], at.g1[:n], at.answer.taps[:, :n], at.answer.feed)
+        n, most, block = at.order, MOST_STATES, at.alone()
+        both = pair(block, block.rows(block.answer))
         table = np.zeros((2 * most + 2, most + 3))
         parts = (0, both.state), (most, both.after_one), (most + 1, both.after_two), (most + 2, both.single)
         for first, columns in parts:

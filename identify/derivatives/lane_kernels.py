@@ -61,34 +61,32 @@ def _single(table: Array, pair: Any, x: Any, a: float, b: float) -> Any:
 def tangents_to_w(table: Array, lines: Array, state: Array, levels: Array, u: Array, w: Array, out: Array) -> None:
     """Run a block of up to eight states over u, F over its last lane v, and eight derivatives of w beside them.
 
-    ``table``: a pair of instants (abreast) in rows 0-41, then the weights of the lanes now (42) and an instant
-    before (43), and what a lane and 1 add to dw on the loading (44, 45) and the unloading border (46, 47).
+    ``table``: a pair of instants (abreast) in rows 0-41, then what a lane and 1 add to dw on the loading (42, 43) and
+    the unloading border (44, 45).
     ``lines``: S_L, w at v = 0 on the loading border, S_U, w at v = 0 on the unloading one. On a plateau dw stays.
-    ``state``: rows x, lanes before, dw; ``levels``: input before, w. Both are left as they are after the last instant.
+    ``state``: rows x, dw; ``levels``: input before, w. Both are left as they are after the last instant.
     """
-    pair, now, before = _pair(table), load(table, 42), load(table, 43)
-    rules = (load(table, 44), load(table, 45), load(table, 46), load(table, 47))
-    x, earlier, dw = load(state, 0), load(state, 1), load(state, 2)
+    pair, x, dw = _pair(table), load(state, 0), load(state, 1)
+    rules = (load(table, 42), load(table, 43), load(table, 44), load(table, 45))
     a, level = levels[0], levels[1]
     for j in range(0, u.size - 1, 2):
         x, lanes, later = _two(pair, x, a, u[j], u[j + 1])
-        level, dw = _led(lines, rules, lanes * now + earlier * before, level, dw)
+        level, dw = _led(lines, rules, lanes, level, dw)
         w[j] = level
         store(out, j, dw)
-        level, dw = _led(lines, rules, later * now + lanes * before, level, dw)
+        level, dw = _led(lines, rules, later, level, dw)
         w[j + 1] = level
         store(out, j + 1, dw)
-        a, earlier = u[j + 1], later
+        a = u[j + 1]
     if u.size % 2:
         x, lanes = _single(table, pair, x, a, u[-1])
-        level, dw = _led(lines, rules, lanes * now + earlier * before, level, dw)
+        level, dw = _led(lines, rules, lanes, level, dw)
         w[-1] = level
         store(out, u.size - 1, dw)
-        a, earlier = u[-1], lanes
+        a = u[-1]
     levels[0], levels[1] = a, level
     store(state, 0, x)
-    store(state, 1, earlier)
-    store(state, 2, dw)
+    store(state, 1, dw)
 
 
 @njit(fastmath=FAST, error_model="numpy", cache=True)

@@ -3,12 +3,12 @@
 Derivatives travel beside the signals. Those of v by G1's values are outputs of its cascade (cascade); on a
 border of F they are multiplied by its slope and joined by the border's own, on a plateau they stay as w does (eq. (7)
 differentiated); G2 takes them as it takes w, and its own derivatives are outputs of its cascade on w. Two are had for
-nothing: w is proportional to both slopes together, so S_L dy/dS_L + S_U dy/dS_U = y; and a dead time acts on what a
-time-invariant block puts out as minus its slope in time.
+nothing: w is proportional to both slopes together, so S_L dy/dS_L + S_U dy/dS_U = y; and a dead time acts on what G2
+puts out as minus its slope in time.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
@@ -20,7 +20,7 @@ from identify.derivatives.abreast import MOST_STATES, Answers, Through, ToW, pai
 from identify.derivatives.cascade import Cascade, Outputs, cascade, coefficient_slopes
 from identify.derivatives.lanes import WIDTH
 from identify.discretise import Matrix
-from identify.stage import Block, Grid, Held, Ramp, Run, Shape, Values
+from identify.stage import Block, Grid, Held, Ramp, Shape, Values
 from identify.trace import Array
 
 AT_ONCE = 1 << 12  # instants handled at once: what eight lanes of them need stays in the cache
@@ -44,16 +44,12 @@ class Tangents:
 
 @dataclass(frozen=True)
 class _Lane:
-    """One derivative of w: an output of G1's cascade, and what F makes of it on either border (factor, constant).
-
-    ``weights`` of the output now and an instant before: a straight line between instants, or a difference.
-    """
+    """One derivative of w: an output of G1's cascade, and what F makes of it on either border (factor, constant)."""
 
     name: str
     output: Outputs
     loading: tuple[float, float]
     unloading: tuple[float, float]
-    weights: tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -80,20 +76,14 @@ def tangents(chain: Chain, scales: Scales, grid: Grid) -> Tangents | None:
         return None
     source, g1, f, g2 = parts
     law = _law(f, chain.of(f, grid.run), scales)
-    whole, fraction = source.late(chain.of(source, grid.run), grid)
-    shape = Held(fraction) if source.held else Ramp()
+    shape = Held() if source.held else Ramp()
     one = _cascade(g1, chain.of(g1, grid.run), grid, shape)
-    jumps = isinstance(shape, Held) and one.order == 0
-    two = _cascade(g2, chain.of(g2, grid.run), grid, shape if jumps else Ramp())
-    straight = (1.0 - fraction, fraction) if not source.held else (1.0, 0.0)
-    lanes = [*_of_block(g1, one, chain, scales, grid, law, straight), *_of_law(law, one, straight)]
+    two = _cascade(g2, chain.of(g2, grid.run), grid, shape if one.order == 0 else Ramp())
+    lanes = [*_of_block(g1, one, chain, scales, grid, law), *_of_law(law, one)]
     own = [("", two.answer), *_outputs(g2, two, chain, scales, grid)]
-    late = [(name, scales[name]) for p in source.delays if (name := p.name) in scales]
-    if jumps:
-        own += [(name, two.rate.mixed(np.array([[-scale]]))) for name, scale in late]
-    else:
-        lanes[:0] = [_late(name, scale, one, law, source.held, grid) for name, scale in late]
-    return _running(delay_line(whole), scales, grid, law, one, lanes, two, own)
+    own += [(p.name, two.rate.mixed(np.array([[-scales[p.name]]]))) for p in g2.delays if p.name in scales]
+    whole, _ = g2.late(chain.of(g2, grid.run), grid)
+    return _running(whole, scales, grid, law, one, lanes, two, own)
 
 
 def _parts(chain: Chain, scales: Scales) -> tuple[Source, LinearBlock, Play | Gain, LinearBlock] | None:
@@ -129,19 +119,20 @@ def _law(f: Play | Gain, values: Values, scales: Scales) -> _Law:
 
 
 def _cascade(block: LinearBlock, values: Values, grid: Grid, shape: Shape) -> Cascade:
-    """Return the cascade of a block at fitted values."""
-    fitted = block.rational(values)
+    """Return the cascade of a block at fitted values, late by a fraction of a step."""
+    fitted, (_, fraction) = block.rational(values), block.late(values, grid)
     if isinstance(shape, Held):
-        return cascade(fitted.num, fitted.den, grid.step_s, "held", shape.fraction)
-    return cascade(fitted.num, fitted.den, grid.step_s, "ramp")
+        return cascade(fitted.num, fitted.den, grid.step_s, "held", shape.fraction, fraction)
+    return cascade(fitted.num, fitted.den, grid.step_s, "ramp", late=fraction)
 
 
 def _outputs(
     block: LinearBlock, at: Cascade, chain: Chain, scales: Scales, grid: Grid
 ) -> list[tuple[str, Outputs]]:
     """Return the derivatives of a block's answer by those of its values that are searched."""
-    parameters, values = block.parameters(), chain.of(block, grid.run)
-    slopes = coefficient_slopes(block.rational, values, tuple(p.scale for p in parameters))
+    parameters, values = block.coefficients(), chain.of(block, grid.run)[: len(block.coefficients())]
+    alone = replace(block, delays=())
+    slopes = coefficient_slopes(alone.rational, values, tuple(p.scale for p in parameters))
     return [
         (p.name, at.coefficients.mixed(scales[p.name] * row[None, :]))
         for p, row in zip(parameters, slopes, strict=True) if p.name in scales
@@ -149,29 +140,21 @@ def _outputs(
 
 
 def _of_block(
-    g1: LinearBlock, one: Cascade, chain: Chain, scales: Scales, grid: Grid, law: _Law, straight: tuple[float, float]
+    g1: LinearBlock, one: Cascade, chain: Chain, scales: Scales, grid: Grid, law: _Law
 ) -> list[_Lane]:
     """Return the lanes of G1's values."""
     low, high = (law.lines[0], 0.0), (law.lines[2], 0.0)
-    return [_Lane(n, output, low, high, straight) for n, output in _outputs(g1, one, chain, scales, grid)]
+    return [_Lane(n, output, low, high) for n, output in _outputs(g1, one, chain, scales, grid)]
 
 
-def _of_law(law: _Law, one: Cascade, straight: tuple[float, float]) -> list[_Lane]:
+def _of_law(law: _Law, one: Cascade) -> list[_Lane]:
     """Return the lanes of F's values; that of v is the last."""
-    lanes = [_Lane(name, one.answer, low, high, straight) for name, low, high in law.own]
+    lanes = [_Lane(name, one.answer, low, high) for name, low, high in law.own]
     return [*lanes[1:], lanes[0]]
 
 
-def _late(name: str, scale: float, one: Cascade, law: _Law, held: bool, grid: Grid) -> _Lane:
-    """Return the lane of a dead time: v' of a held input, the difference of a straight one, which is how it is late."""
-    low, high = (law.lines[0], 0.0), (law.lines[2], 0.0)
-    if held:
-        return _Lane(name, one.rate.mixed(np.array([[-scale]])), low, high, (1.0, 0.0))
-    return _Lane(name, one.answer, low, high, (-scale / grid.step_s, scale / grid.step_s))
-
-
 def _running(
-    late: Run, scales: Scales, grid: Grid, law: _Law, one: Cascade, lanes: Sequence[_Lane],
+    whole: int, scales: Scales, grid: Grid, law: _Law, one: Cascade, lanes: Sequence[_Lane],
     two: Cascade, own: Sequence[tuple[str, Outputs]],
 ) -> Tangents:  # fmt: skip
     """Return the compiled loops at work: the lanes in eights, each with v as its last, then the outputs of G2."""
@@ -180,15 +163,17 @@ def _running(
     after = [Answers(two, [output for _, output in part]) for part in _cut(own, WIDTH)]
     at_answer = WIDTH * len(before)
     w, dw, answer = np.empty(AT_ONCE), np.empty((AT_ONCE, WIDTH)), np.empty(AT_ONCE)
-    rows = np.empty((AT_ONCE, at_answer + WIDTH * len(after)))
+    rows, late = np.empty((AT_ONCE, at_answer + WIDTH * len(after))), delay_line(whole)
 
     def run(block: Block) -> tuple[Array, Matrix]:
-        u = late(block)
+        u = late(block)  # what G2 is late by whole steps commutes with all before it
         u, n, every = u if u.flags.writeable else u.copy(), u.size, grid.substeps
         out, y = rows[: n // every], answer[: n // every]
         for i, (to_w, through) in enumerate(before):
             to_w.run(u, w[:n], dw[:n])
+            dw[: max(whole - block.first, 0)] = 0.0  # and there was nothing before the run
             through.run(dw[:n], every, i, out)
+        w[: max(whole - block.first, 0)] = 0.0
         for i, answers in enumerate(after, start=len(before)):
             answers.run(w[:n], every, i, out)
         lane_kernels.take_answer(out, at_answer, *law.last[1:], WIDTH - 1, y)
@@ -203,9 +188,9 @@ def _running(
 def _to_w(one: Cascade, lanes: Sequence[_Lane], v: _Lane, law: _Law) -> ToW:
     """Return G1 and F at work with some lanes, and that of v as the last."""
     places = [*range(len(lanes)), WIDTH - 1]
-    rest = np.zeros((6, WIDTH))
+    rest = np.zeros((4, WIDTH))
     for place, lane in zip(places, (*lanes, v), strict=True):
-        rest[:, place] = (*lane.weights, *lane.loading, *lane.unloading)
+        rest[:, place] = (*lane.loading, *lane.unloading)
     pair = pair_rows(one, [lane.output for lane in (*lanes, v)], places)
     return ToW(np.concatenate((pair, rest)), law.lines)
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 
-from identify.blocks import Source
+from identify.blocks import LinearBlock
 from identify.chain import Chain
 from identify.effects.effect import Confusion, Effect
 from identify.stage import Grid, Parameter, Place, Run, Shape, Values
@@ -42,23 +42,28 @@ class DeadTime(Effect):
 
     def applicable(self, chain: Chain) -> bool:
         """Return whether no dead time is searched already."""
-        source = chain.stage_of(Source)
-        return super().applicable(chain) and source is not None and not source.delays
+        return super().applicable(chain) and not _g2(chain).delays
 
     def put_in(self, chain: Chain, values: Mapping[str, float]) -> Chain:
-        """Return ``chain`` with its source late, where a held input makes the delay exact."""
-        source = chain.stage_of(Source)
-        if source is None:
-            raise ValueError("the chain has no source")
-        late = replace(source, delays=(*source.delays, DELAY))
-        return chain.with_replaced(source, late, self.named(values)).crediting(self)
+        """Return ``chain`` with what G2 puts out late."""
+        g2 = _g2(chain)
+        late = replace(g2, delays=(*g2.delays, DELAY))
+        return chain.with_replaced(g2, late, self.named(values)).crediting(self)
 
     def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
-        """Refuse: the effect lives inside the source."""
-        raise NotImplementedError("put_in changes the source; there is no stage of its own")
+        """Refuse: the effect lives inside G2."""
+        raise NotImplementedError("put_in changes G2; there is no stage of its own")
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the delay, tried from a fiftieth of a sample to twenty samples, that explains most."""
         tried = [{"delay": float(d)} for d in evidence.sample_s * np.geomspace(0.02, 20.0, 8)]
         best = evidence.best(self, tried)
         return [best] if best else []
+
+
+def _g2(chain: Chain) -> LinearBlock:
+    """Return G2; ValueError where there is none."""
+    found = next((s for s in chain.stages if isinstance(s, LinearBlock) and s.name == "G2"), None)
+    if found is None:
+        raise ValueError("the chain has no G2")
+    return found

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.linalg import LinAlgError
 
-from identify.chain import Chain, is_late
+from identify.chain import Chain
 from identify.effects.effect import Effect
 from identify.evidence import Evidence, candidates
 from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
@@ -75,12 +75,7 @@ class Bench:
         return replace(hypothesis, fit=found, chi2=chi2)
 
     def _coarsened(self, chain: Chain) -> tuple[Observation, ...]:
-        """Return the data on coarser grids, with what their own add to an answer of ``chain``; where late, on finer.
-
-        F meets a late v between the instants of a grid: what a finer one adds then changes with every value.
-        """
-        if is_late(chain):
-            return tuple(refined(o, chain) for o in self.observations)
+        """Return the data on coarser grids, with what their own add to an answer of ``chain``."""
         try:
             with np.errstate(over="ignore", invalid="ignore"):
                 return tuple(coarsened(o, chain, COARSER) for o in self.observations)

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify.blocks import Gain, LinearBlock, Play, Source
+from identify.blocks import Gain, LinearBlock, Play
 from identify.chain import Chain
+from identify.delay import delay_s
 from identify.derivatives.sensitivities import DIFFERENCE
 from identify.fit import Coordinate
 from identify.trace import Array
@@ -54,7 +55,7 @@ def quantities(
 ) -> tuple[Quantity, ...]:
     """Return the borders (or the line) of F, gains of G1 and G2, and the phase of both together, with their slopes."""
     found = [q for stage in chain.stages if isinstance(stage, Play | Gain) for q in _of_f(chain, stage, coordinates)]
-    dynamic = [block for block in blocks_of(chain) if block.parameters()]
+    dynamic = [block for block in blocks_of(chain) if block.coefficients()]
     found += [_gain(chain, block, coordinates, f) for block in dynamic for f in frequencies_hz]
     return (*found, *(_phase(chain, coordinates, f) for f in frequencies_hz))
 
@@ -88,9 +89,8 @@ def _phase(chain: Chain, coordinates: Sequence[Coordinate], f: float) -> Quantit
     """Return the phase of G1 and G2 together at one frequency, dead times included; it counts against 1 rad."""
 
     def turned(moved: Chain) -> complex:
-        delay_s = sum(s.fixed_delay_s + sum(moved.of(s, "")) for s in moved.stages if isinstance(s, Source))
         whole = np.prod([_response(moved, block, f) for block in blocks_of(moved)])
-        return complex(whole * np.exp(-2j * np.pi * f * delay_s))
+        return complex(whole * np.exp(-2j * np.pi * f * delay_s(moved)))
 
     here = turned(chain)
     slope = _slope(chain, coordinates, lambda c: float(np.angle(turned(c) / here)))

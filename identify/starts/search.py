@@ -108,11 +108,13 @@ def freed(chain: Chain, fixed: Sequence[str]) -> Chain:
         other: LinearBlock | Play
         if type(stage) is LinearBlock and not is_fixed(stage.name, fixed) and not is_fixed(f"{stage.name}.den", fixed):
             other = replace(stage, start=stage.rational(values), within=None)
+            moved = other.coefficients()
         elif type(stage) is Play:
             other = Play(Backlash(*values))
+            moved = other.parameters()
         else:
             continue
-        named = zip([p.name for p in other.parameters()], other.start_values(), strict=True)
+        named = zip([p.name for p in moved], other.start_values(), strict=True)
         chain = chain.with_replaced(stage, other, dict(named))
     return chain
 
@@ -259,7 +261,7 @@ def _swap(chain: Chain, fixed: Sequence[str]) -> dict[str, float]:
     ratio = times[1] / times[0]
     factors = {}
     for block, factor in zip(blocks, (ratio, 1.0 / ratio), strict=True):
-        for parameter in block.parameters():
+        for parameter in block.coefficients():
             factors[parameter.name] = factor ** int(parameter.name[-1])
     return factors
 

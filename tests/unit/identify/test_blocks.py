@@ -6,15 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from identify.between import source_voltage
-from identify.blocks import Gain, LinearBlock, Play, Source, run_linear
-from identify.discretise import stepper
+from identify.blocks import Gain, LinearBlock, Play, run_linear
 from identify.model import Backlash, LinearF, Rational
 from identify.stage import Block, Grid, Held, Parameter, Place, Ramp
 
 STEP_S = 1e-4
 TAU_S = 3.7e-4
 GRID = Grid("a", STEP_S)
-DELAY = Parameter("delay", "s", "log")
 G1 = LinearBlock(Rational((2e-3, 5.0), (1e-7, 4e-3, 2.0)), "G1", Place.G1)
 
 
@@ -31,45 +29,72 @@ def lag_of_held_levels(u, delay_s, t):
     return y
 
 
+def late_block(num, den, *delays, fixed_s=0.0):
+    own = tuple(Parameter(f"delay{i}", "s", "log") for i in range(len(delays)))
+    return LinearBlock(Rational(num, den), "G2", Place.G2, fixed_delay_s=fixed_s, delays=own)
+
+
+def begun(block, *delays, shape):
+    return block.begin((*block.start_values(), *delays), GRID, shape)
+
+
 @settings(deadline=None, max_examples=60)
 @given(st.floats(0.0, 6.0), st.integers(0, 2**32 - 1))
-def test_a_held_level_late_by_any_fraction_of_a_step_is_late_exactly(steps, seed):
+def test_what_follows_a_held_level_is_late_by_any_fraction_of_a_step_exactly(steps, seed):
     u, delay_s = np.random.default_rng(seed).normal(size=40), steps * STEP_S
-    run, shape = Source(delays=(DELAY,)).begin((delay_s,), GRID, Ramp())
-    assert isinstance(shape, Held)
-    lag = run_linear(stepper((1.0,), (TAU_S, 1.0), STEP_S, "held", shape.fraction))
-    y = ask(lag, ask(run, source_voltage(u, "held", 1)))
+    run, shape = begun(late_block((1.0,), (TAU_S, 1.0), delay_s), delay_s, shape=Held())
+    assert isinstance(shape, Ramp)
+    y = ask(run, source_voltage(u, "held", 1))
     assert np.allclose(y, lag_of_held_levels(u, delay_s, STEP_S * np.arange(u.size)), rtol=0, atol=1e-9)
 
 
 @settings(deadline=None, max_examples=40)
-@given(st.floats(0.0, 6.0))
-def test_a_ramp_late_by_any_fraction_of_a_step_is_late_exactly(steps):
-    run, shape = Source(held=False, delays=(DELAY,)).begin((steps * STEP_S,), GRID, Ramp())
-    assert isinstance(shape, Ramp)
-    late = ask(run, np.arange(40.0))
-    assert np.allclose(late, np.maximum(np.arange(40.0) - steps, 0.0), rtol=0, atol=1e-9)
-
-
-def test_fixed_and_fitted_delays_add_up():
-    run, shape = Source(fixed_delay_s=1.25e-4, delays=(DELAY, DELAY)).begin((2e-4, 1e-4), GRID, Ramp())
-    assert shape == Held(pytest.approx(0.25))
-    assert ask(run, np.arange(1.0, 9.0)).tolist() == [0, 0, 0, 0, 1, 2, 3, 4]
-
-
-def test_a_whole_number_of_steps_leaves_no_fraction_by_rounding():
-    run, shape = Source(fixed_delay_s=3e-4).begin((), Grid("a", 1e-4), Ramp())
-    assert shape.fraction == pytest.approx(0.0, abs=1e-8)
-    assert ask(run, np.arange(1.0, 6.0)).tolist() == [0, 0, 0, 1, 2]
+@given(st.floats(0.0, 6.0), st.lists(st.floats(-2.0, 2.0), min_size=3, max_size=3))
+def test_what_follows_a_ramp_is_late_by_any_fraction_of_a_step_exactly(steps, zeros):
+    """The answer to straight pieces on a grid so fine that every delay is a whole number of its steps."""
+    fine, coarse = Grid("a", STEP_S / 64), np.random.default_rng(0).normal(size=40)
+    steps = round(64 * steps) / 64
+    block = late_block((1e-8 * zeros[0], 1e-4 * zeros[1], 1.0), (3e-8, 2.5e-4, 1.0))
+    drawn = np.interp(np.arange(64 * 39 + 1) / 64, np.arange(40), np.concatenate(([0.0], coarse[1:])))
+    punctual = run_linear(block.stepper(block.start_values(), fine, Ramp()))(Block(drawn, drawn, 0, fine))
+    run, _ = begun(late_block(block.start.num, block.start.den, steps), steps * STEP_S, shape=Ramp())
+    at = 64 * np.arange(40) - round(64 * steps)
+    expected = np.where(at > 0, punctual[np.maximum(at, 0)], 0.0)
+    assert np.allclose(ask(run, np.concatenate(([0.0], coarse[1:]))), expected, rtol=0, atol=1e-9)
 
 
 @settings(deadline=None, max_examples=40)
-@given(st.lists(st.integers(1, 9), min_size=1, max_size=12), st.booleans(), st.floats(0.0, 15.0))
-def test_delay_lines_do_not_see_how_the_signal_is_cut(sizes, held, steps):
+@given(st.floats(0.0, 6.0))
+def test_a_ramp_behind_a_gain_is_late_by_any_fraction_of_a_step(steps):
+    run, shape = begun(late_block((2.0,), (1.0,), steps), steps * STEP_S, shape=Ramp())
+    assert isinstance(shape, Ramp)
+    assert np.allclose(ask(run, np.arange(40.0)), 2.0 * np.maximum(np.arange(40.0) - steps, 0.0), rtol=0, atol=1e-9)
+
+
+def test_a_held_level_behind_a_gain_stays_held_and_hands_on_what_it_is_late_by():
+    run, shape = begun(late_block((1.0,), (1.0,), 3e-4, fixed_s=2.5e-5), 3e-4, shape=Held())
+    assert shape == Held(pytest.approx(0.25))
+    assert ask(run, np.arange(1.0, 9.0)).tolist() == [0, 0, 0, 1, 2, 3, 4, 5]
+
+
+def test_fixed_and_fitted_delays_add_up():
+    block = late_block((1.0,), (TAU_S, 1.0), 2e-4, 1e-4, fixed_s=1.25e-4)
+    assert [p.name for p in block.parameters()] == ["G2.den.s1", "delay0", "delay1"]
+    assert block.delay_s((TAU_S, 2e-4, 1e-4)) == pytest.approx(4.25e-4)
+    assert block.late((TAU_S, 2e-4, 1e-4), GRID) == (4, pytest.approx(0.25))
+
+
+def test_a_whole_number_of_steps_leaves_no_fraction_by_rounding():
+    assert late_block((1.0,), (1.0,), fixed_s=3e-4).late((), GRID) == (3, pytest.approx(0.0, abs=1e-8))
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.lists(st.integers(1, 9), min_size=1, max_size=12), st.floats(0.0, 15.0))
+def test_a_late_block_does_not_see_how_the_signal_is_cut(sizes, steps):
     signal = np.random.default_rng(0).normal(size=sum(sizes))
-    source = Source(held, steps * STEP_S)
-    whole = ask(source.begin((), GRID, Ramp())[0], signal)
-    run, _ = source.begin((), GRID, Ramp())
+    block = late_block((1.0,), (TAU_S, 1.0), fixed_s=steps * STEP_S)
+    whole = ask(begun(block, shape=Ramp())[0], signal)
+    run, _ = begun(block, shape=Ramp())
     pieces = np.split(signal, np.cumsum(sizes)[:-1])
     assert np.array_equal(np.concatenate([ask(run, piece) for piece in pieces]), whole)
 
