@@ -313,8 +313,8 @@ def valued(effect):
     return own | {name: value for name, value in effect.example.items() if name in own}
 
 
-def test_a_dead_time_needs_a_source():
-    with pytest.raises(ValueError, match="the chain has no source"):
+def test_a_dead_time_needs_g2():
+    with pytest.raises(ValueError, match="the chain has no G2"):
         catalogue()["dead_time"](Place.G2).put_in(Chain((), {}), {"delay": 1e-3})
 
 

@@ -77,7 +77,7 @@ def test_a_delay_that_may_be_none_is_bounded_on_one_side_and_covered():
     for seed in range(REALISATIONS):
         y = answer(0.05, 0.001) + np.random.default_rng([seed, 5]).normal(0.0, noise_v, STEP.size)
         problem = fitted(DELAY, observed(y, noise_v))
-        late = problem.best.coordinates[0].name
+        late = "delay"
         sd = problem.best.sd(late) / problem.best.chain.values[late]
         found = profile(problem, partial(told, late), sd)
         inside += found.low <= 0.001 <= found.high
