@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from identify.evidence import Evidence
 
 WIDTH = Parameter("soft_knee.width", "V", "log")
-TRIED = (0.02, 0.06, 0.15, 0.35, 0.7, 1.3)  # of the gap
+TRIED = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0)  # of the gap
 
 
 @final
@@ -47,7 +47,7 @@ class SoftKnee(InsidePlay):
         return replace(law, spread_v=values[0])
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
-        """Return the width, tried from a fiftieth of the gap up, that explains most."""
+        """Return the width, tried from a thousandth of the gap up, that explains most."""
         gap_v = abs(evidence.chain.values["F.D_L"] - evidence.chain.values["F.D_U"])
         best = evidence.best(self, [{"width": share * gap_v} for share in TRIED] if gap_v else [])
         return [best] if best else []

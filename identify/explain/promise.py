@@ -24,14 +24,15 @@ ENOUGH = 0.3  # of chi-squared: a step that gains less is the last
 SHORTER = 0.25
 STEADY = 3.0  # times what the last step gained that further ones may gain
 UNSURE = 2.0  # times the error of the first order: by as much a fit may differ
+STEPPED = 0.005  # of a fall: by as much the samples' own grid, on which effects are compared here, may mistake it
 
 
 @dataclass(frozen=True)
 class Promise:
     """A candidate at its best values: its chain with the plain parameters moved, too, and the fall of chi-squared.
 
-    ``slack`` is by how much a fit may differ: by what the fall was mistaken where the plain parameters were moved, and
-    by what more steps would gain.
+    ``slack`` is by how much a fit may differ: by what the fall was mistaken where the plain parameters were moved, by
+    what more steps would gain, and by what a finer grid would change.
     """
 
     candidate: Candidate
@@ -59,7 +60,7 @@ def promised(evidence: Evidence, candidate: Candidate) -> Promise:
     kept = evidence.change(there)
     fallen = float(kept @ (2.0 * evidence.residual - kept))
     slack = abs(gain - fallen) if np.isfinite(fallen) else float("inf")
-    return Promise(candidate, there, gain, UNSURE * slack + STEADY * risen)
+    return Promise(candidate, there, gain, UNSURE * slack + STEADY * risen + STEPPED * max(gain, 0.0))
 
 
 def _own(evidence: Evidence, chain: Chain) -> tuple[Coordinate, ...]:
