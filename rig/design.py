@@ -2,6 +2,7 @@
 
 import os
 from dataclasses import dataclass, replace
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,12 +10,13 @@ import protocols
 from identify.natural_units import shown
 from rig import protocolfile, registry, session
 from rig.device import Capabilities, Device
-from rig.errors import FileError, RefusedError
+from rig.errors import FileError, MisfitError, RefusedError
 from rig.foresight import Foresight, expected_noise, foreseen_plan
+from rig.limits import Limits
 from rig.linearblock import check_stable
 from rig.outputs import check_destination, write_text
 from rig.plan import Plan
-from rig.protocol import Limits, parse_protocol
+from rig.protocol import parse_protocol
 from rig.protocolfile import exact
 from rig.rigfile import RigFile, read_rig
 from rig.stimulus import MAX_SAMPLES
@@ -74,7 +76,7 @@ def design(rig: str | Path, out: str | Path, wish: Wish, progress: Progress, ove
     rigfile = _usable(read_rig(path))
     address = wish.device or f"loopback:{path}"
     with registry.connect(address) as device:
-        room = _room(rigfile.model, wish, device)
+        room = _room(rigfile, wish, device)
         noise_v, origin = expected_noise(rigfile.model, device.capabilities())
         found = _designed(rigfile.model, room, noise_v, str(path), progress)
         heading = _heading(rigfile, path, out, wish, room)
@@ -104,22 +106,31 @@ def _usable(rigfile: RigFile) -> RigFile:
     return rigfile
 
 
-def _room(model: "Model", wish: Wish, device: Device) -> "Room":
-    """Return what device and operator allow; raise RefusedError where that is nothing."""
+def _room(rigfile: RigFile, wish: Wish, device: Device) -> "Room":
+    """Return what rig, device and operator allow; raise RefusedError where that is nothing."""
     from identify.planning.candidates import Room
     from identify.planning.sampling import usual_rate_hz
 
     can = device.capabilities()
-    low_v, high_v = _range(wish, can)
-    usual_hz = max(can.min_rate_hz, usual_rate_hz(model, can.max_rate_hz))
+    limits = _limits(rigfile, wish, can)
+    usual_hz = max(can.min_rate_hz, usual_rate_hz(rigfile.model, can.max_rate_hz))
     rate_hz = device.achievable_rate(wish.rate_hz or usual_hz)
     if rate_hz * wish.time_s > MAX_SAMPLES:
         raise RefusedError("the protocol is too long", where="--time", value=f"{wish.time_s:g} s at {rate_hz:g} Hz",
                            allowed=f"{MAX_SAMPLES / rate_hz:.6g} s ({MAX_SAMPLES} samples)",
                            do="give less --time or a lower --rate")
     reading_v = min(-can.input_low_v, can.input_high_v)
-    slew = wish.slew_v_per_s or float("inf")
-    return Room(low_v, high_v, rate_hz, wish.time_s, slew, reading_v if reading_v > 0.0 else float("inf"))
+    slew = limits.slew_v_per_s or float("inf")
+    return Room(limits.low_v, limits.high_v, rate_hz, wish.time_s, slew, reading_v if reading_v > 0.0 else float("inf"))
+
+
+def _limits(rigfile: RigFile, wish: Wish, can: Capabilities) -> Limits:
+    """Return the limits of u; raise RefusedError where rig and device leave none."""
+    limits = Limits(*_range(wish, can), wish.slew_v_per_s)
+    try:
+        return limits.within(rigfile.limits, "the rig file")
+    except MisfitError as error:
+        raise RefusedError(error.what, where=rigfile.where, value=error.value, allowed=error.allowed) from error
 
 
 def _range(wish: Wish, can: Capabilities) -> tuple[float, float]:
@@ -150,9 +161,9 @@ def _heading(rigfile: RigFile, path: Path, out: Path, wish: Wish, room: "Room") 
         "low": exact(room.low_v, "V"), "high": exact(room.high_v, "V"),
     }  # fmt: skip
     ramp = None
-    if wish.slew_v_per_s is not None:
-        limits["slew"] = exact(wish.slew_v_per_s, "V/s")
-        ramp = exact(max(0.1, 1.01 * max(-room.low_v, room.high_v) / wish.slew_v_per_s), "s")
+    if isfinite(room.slew_v_per_s):
+        limits["slew"] = exact(room.slew_v_per_s, "V/s")
+        ramp = exact(max(0.1, 1.01 * max(-room.low_v, room.high_v) / room.slew_v_per_s), "s")
     rate = exact(wish.rate_hz or room.rate_hz, "Hz")
     title = f"designed for {rigfile.model.title}"
     return protocolfile.Heading(title, sure, _seen_from(path, out), limits, rate, wish.device, ramp)

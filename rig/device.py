@@ -125,6 +125,7 @@ class Device(ABC):
         samples = self.quantise(u)
         check_samples(samples, rate_hz, limits, can)
         self._accept(samples, rate_hz)
+        samples.flags.writeable = False
         return samples
 
     @final

@@ -30,7 +30,7 @@ def narrowest(limits: "Limits", device: OutputRange) -> tuple[float, float]:
     low, high = max(limits.low_v, device.output_low_v), min(limits.high_v, device.output_high_v)
     if low > high:
         raise RefusedError(
-            "no output level is allowed", value=f"limits {limits.low_v:g} to {limits.high_v:g} V",
+            "no output level is allowed", value=f"limits {limits.levels}",
             allowed=f"{device.output_low_v:g} to {device.output_high_v:g} V on this device",
             do="change `limits` in the protocol or use another device")
     return low, high
@@ -49,15 +49,15 @@ def check_samples(u: Array, rate_hz: float, limits: "Limits", device: OutputRang
     _refuse((u < low - slack) | (u > high + slack), lambda k: f"{u[k]:.6g} V at sample {k} ({k / rate_hz:.6g} s)",
             f"{low:g} to {high:g} V", "lower the level or widen `limits`, where the rig can take it")
     if limits.slew_v_per_s is not None:
-        _check_slope(u, rate_hz, limits.slew_v_per_s, device.output_lsb_v)
+        _check_slope(u, rate_hz, limits.slew_v_per_s, device.output_lsb_v, limits.slope)
 
 
-def _check_slope(u: Array, rate_hz: float, slew_v_per_s: float, lsb_v: float) -> None:
+def _check_slope(u: Array, rate_hz: float, slew_v_per_s: float, lsb_v: float, allowed: str) -> None:
     """Raise RefusedError where two neighbouring samples differ by more than the slew rate allows."""
     rise = np.abs(np.diff(u))
     too_fast = rise > slew_v_per_s / rate_hz * (1 + 1e-9) + lsb_v
     _refuse(too_fast, lambda k: f"{rise[k] * rate_hz:.6g} V/s at sample {k + 1} ({(k + 1) / rate_hz:.6g} s)",
-            f"at most {slew_v_per_s:g} V/s", "slow the step down or raise `limits.slew`")
+            allowed, "slow the step down or raise `limits.slew`")
 
 
 def check_level(level_v: float, limits: "Limits | None", device: OutputRange, *, name: str) -> None:

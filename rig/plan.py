@@ -16,8 +16,9 @@ import numpy as np
 
 from identify.trace import Step
 from rig.errors import MisfitError, RefusedError
+from rig.limits import Limits
 from rig.linearblock import settling_time_s
-from rig.protocol import Limits, Protocol, ProtocolStep
+from rig.protocol import Protocol, ProtocolStep
 from rig.stimuli import Array, is_whole
 from rig.stimulus import MAX_SAMPLES, Drawn, Setting
 from rig.yamlfile import parse_yaml
@@ -165,7 +166,7 @@ def _check_level(level_v: float, limits: Limits, where: str, what: str) -> None:
     slack = LEVEL_SLACK * max(abs(limits.low_v), abs(limits.high_v))
     if not limits.low_v - slack <= level_v <= limits.high_v + slack:
         raise RefusedError(f"{what} is over the limit", where=where, value=f"{level_v:.6g} V",
-                           allowed=f"{limits.low_v:g} to {limits.high_v:g} V",
+                           allowed=limits.levels,
                            do="lower the level, or widen 'limits:' where the rig can take it")
 
 
@@ -182,7 +183,7 @@ def _check_slew(protocol: Protocol, drawn: list[Drawn], order: list[int], rate_h
             at_s = float(np.argmax(slopes > slew * (1 + LEVEL_SLACK))) / rate_hz
             raise RefusedError("too steep", where=protocol.steps[index].where,
                                value=f"{slopes.max():.6g} V/s, first at {at_s:.6g} s of the step",
-                               allowed=f"{slew:g} V/s (limits.slew)",
+                               allowed=f"{protocol.limits.slope} (limits.slew)",
                                do="go there by a triangle or a linear table, or raise limits.slew")
 
 
@@ -193,7 +194,8 @@ def _check_ramp(protocol: Protocol, drawn: list[Drawn], slew: float) -> None:
     if protocol.ramp_s < shortest_s * (1 - LEVEL_SLACK):
         raise RefusedError("the ramp to the safe level is too steep", where=_place(protocol, "ramp"),
                            value=f"{furthest_v:.6g} V in {protocol.ramp_s:g} s",
-                           allowed=f"{slew:g} V/s (limits.slew)", do=f"write 'ramp: {shortest_s:.3g} s' or longer")
+                           allowed=f"{protocol.limits.slope} (limits.slew)",
+                           do=f"write 'ramp: {shortest_s:.3g} s' or longer")
 
 
 def _place(protocol: Protocol, key: str) -> str:

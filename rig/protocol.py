@@ -2,28 +2,20 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 import protocols
 from rig.errors import FileError, MisfitError, unknown
-from rig.forms import Form, Rate, Seconds, Volts, VoltsPerSecond
+from rig.forms import Form, Rate, Seconds, Volts
+from rig.limits import Limits, LimitsForm
 from rig.rigfile import RigFile, read_rig
 from rig.steps import STIMULI, Count
 from rig.stimulus import Stimulus
 from rig.yamlfile import Document, parse_yaml, read_text
 
 STEP_KEYS = ("label", "repeats")
-
-
-@dataclass(frozen=True)
-class Limits:
-    """What the rig can take at its input: levels in V, the slope in V/s where it matters."""
-
-    low_v: float
-    high_v: float
-    slew_v_per_s: float | None = None
 
 
 @dataclass(frozen=True)
@@ -53,31 +45,6 @@ class Protocol:
     rig_path: str | None = None
     rig: RigFile | None = None
     device: str | None = None
-
-
-class LimitsForm(Form):
-    """``level`` on both sides of 0 V, or ``low`` and ``high``."""
-
-    level: Annotated[Volts, Field(gt=0)] | None = None
-    low: Volts | None = None
-    high: Volts | None = None
-    slew: VoltsPerSecond | None = None
-
-    @model_validator(mode="after")
-    def _one_way(self) -> "LimitsForm":
-        sides = (self.low is not None, self.high is not None)
-        if (self.level is None) == (not any(sides)) or any(sides) != all(sides):
-            raise MisfitError("limits are given in one of two ways", allowed="level, or low and high")
-        if self.low is not None and self.high is not None and self.low >= self.high:
-            raise MisfitError("the limits are exchanged", value=f"low {self.low:g} V, high {self.high:g} V")
-        return self
-
-    def limits(self) -> Limits:
-        """Return the limits as low and high."""
-        if self.low is not None and self.high is not None:
-            return Limits(self.low, self.high, self.slew)
-        assert self.level is not None
-        return Limits(-self.level, self.level, self.slew)
 
 
 class AcquisitionForm(Form):
@@ -121,12 +88,21 @@ def parse_protocol(text: str, where: str) -> Protocol:
         raise document.error("the file is empty", do="a protocol starts with 'spec: 1'")
     form = ProtocolForm.read(document)
     rig_path = None if form.rig is None else _find_rig(document, form.rig)
+    rig = None if rig_path is None else read_rig(rig_path)
     return Protocol(
-        title=form.title, question=form.question, path=where, text=text, limits=form.limits.limits(),
+        title=form.title, question=form.question, path=where, text=text, limits=_limits(document, form, rig),
         rate_hz=form.acquisition.rate, steps=_steps(document, form.steps), repeats=form.repeats,
         safe_level_v=form.safe_level, ramp_s=form.ramp, rig_path=None if rig_path is None else str(rig_path),
-        rig=None if rig_path is None else read_rig(rig_path), device=form.device,
+        rig=rig, device=form.device,
     )
+
+
+def _limits(document: Document, form: ProtocolForm, rig: RigFile | None) -> Limits:
+    """Return the limits of protocol and rig, the narrower on each side."""
+    try:
+        return form.limits.limits().within(rig.limits if rig else None, f"the rig file {form.rig}")
+    except MisfitError as error:
+        raise error.placed(document.at("limits")) from error
 
 
 def _find_rig(document: Document, name: str) -> Path:

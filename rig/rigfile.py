@@ -16,6 +16,7 @@ import yaml
 
 from identify.model import Backlash, CurvedBacklash, LinearF, Model, NonlinearF, Physics, Points, Rational
 from rig.errors import FileError, MisfitError, unknown
+from rig.limits import Limits
 from rig.linearblock import check_block, check_stable, may_start_unstable
 from rig.orders import UNIT_BACKLASH, OrdersForm, is_open, orders_dict, owns, unvalued
 from rig.rigforms import BlockForm, BordersForm, CurvesForm, FForm, NonlinearityForm, OneSlopeForm, RigForm
@@ -36,12 +37,13 @@ PHYSICS_KEYS = ("stage", "form")
 
 @dataclass(frozen=True)
 class RigFile:
-    """A rig as the file ``where`` describes it; only a simulated device plays ``concealed``."""
+    """A rig as ``where`` describes it, with the limits of its input; only simulated devices play ``concealed``."""
 
     model: Model
     concealed: tuple[Physics, ...]
     text: str
     where: str = "the rig file"
+    limits: Limits | None = None
 
     def simulated(self) -> Model:
         """Return what a simulated device plays; raise FileError for what is only a start, or no value, for a fit."""
@@ -75,7 +77,8 @@ def parse_rig(text: str, where: str) -> RigFile:
         title=form.rig, g1=g1, f=f, g2=g2, noise_v=form.noise, physics=physics, unknown=unknown,
         fixed=_fixed(document, (*keys, "fixed"), form, physics, unknown),
     )
-    return RigFile(model, _physics(document, (*keys, "concealed"), form.concealed), text, where)
+    return RigFile(model, _physics(document, (*keys, "concealed"), form.concealed), text, where,
+                   form.limits.limits() if form.limits else None)
 
 
 def model_to_dict(model: Model) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Discriminator, Field, Tag
 
 from rig.forms import BY_SHAPE, Form, Gain, Seconds, Volts, shape_of
+from rig.limits import LimitsForm
 from rig.orders import OrdersForm, is_orders
 
 Coefficients = Annotated[list[float], Field(min_length=1, max_length=30)]
@@ -88,6 +89,7 @@ class RigForm(Form):
         Annotated[Literal["linear", "backlash"], Tag("plain")] | Annotated[NonlinearityForm, Tag("mapping")], BY_SHAPE]
     G2: AnyBlock
     noise: Annotated[Volts, Field(ge=0)] | None = None
+    limits: LimitsForm | None = None
     fixed: list[str] = Field(default_factory=list)
     physics: dict[str, dict[str, Any]] = Field(default_factory=dict)
     concealed: dict[str, dict[str, Any]] = Field(default_factory=dict)

@@ -10,10 +10,11 @@ import numpy as np
 from identify.trace import LONG, Trace, blocks
 from rig import protocolfile, session
 from rig.device import Device
-from rig.errors import RefusedError
+from rig.errors import MisfitError, RefusedError
+from rig.limits import Limits
 from rig.outputs import write_text
 from rig.plan import plan
-from rig.protocol import Limits, limits_in, parse_protocol
+from rig.protocol import limits_in, parse_protocol
 from rig.protocolfile import exact
 from rig.workflow import Progress, Runs
 
@@ -85,13 +86,18 @@ def with_protocols(told: "Explanation", written: Sequence[Written]) -> "Explanat
 
 
 def limits_of(runs: Runs) -> Limits:
-    """Return what the rig's input may be given: the tightest limits declared for a run, else what was played to it."""
+    """Return what the rig's input may be given: the tightest limits declared, for want of any what was played to it.
+
+    Raises FileError when they leave no level.
+    """
     declared = [limits for limits in map(limits_in, runs.protocols) if limits is not None]
-    if not declared:
-        return Limits(*_played((*runs.traces, *runs.held_out)))
-    slews = [limits.slew_v_per_s for limits in declared if limits.slew_v_per_s is not None]
-    low, high = max(limits.low_v for limits in declared), min(limits.high_v for limits in declared)
-    return Limits(low, high, min(slews, default=None))
+    tightest = declared[0] if declared else Limits(*_played((*runs.traces, *runs.held_out)))
+    try:
+        for limits in declared:
+            tightest = tightest.within(limits, "the protocol of another run")
+        return tightest.within(runs.rig.limits if runs.rig else None, "the rig file")
+    except MisfitError as error:
+        raise error.placed("limits") from error
 
 
 def _played(traces: Sequence[Trace]) -> tuple[float, float]:

@@ -176,7 +176,7 @@ def test_a_ramp_to_the_safe_level_beyond_the_slew_limit_is_refused() -> None:
     steps = "  - triangle: {frequency: 10 Hz, amplitude: 2 V, periods: 1}\n"
     text = refused(steps, head + "ramp: 10 ms\n")
     assert text == ("p.yaml:6: ramp: the ramp to the safe level is too steep: 2 V in 0.01 s; "
-                    "allowed: 100 V/s (limits.slew); write 'ramp: 0.02 s' or longer")
+                    "allowed: at most 100 V/s (limits.slew); write 'ramp: 0.02 s' or longer")
     assert planned(steps, head + "ramp: 20 ms\n").ramp_s == 0.02
 
 
