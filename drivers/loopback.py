@@ -34,6 +34,8 @@ CAPABILITIES = Capabilities(
 class LoopbackDevice(Device):
     """A simulated rig on a simulated DAQ, as fast as the computer allows."""
 
+    hardware = False
+
     def __init__(self, rig: RigFile, seed: int = 0) -> None:
         """Wire the simulated ``rig``; equal seeds and protocols give equal noise."""
         super().__init__()

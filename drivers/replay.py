@@ -37,6 +37,8 @@ class _Run:
 class ReplayDevice(Device):
     """Recordings of one device, in its place."""
 
+    hardware = False
+
     def __init__(self, recordings: Sequence[Recording]) -> None:
         """Take the place of the device that made ``recordings``; raise FileError when they are of several."""
         super().__init__()

@@ -43,8 +43,8 @@ class Device(ABC):
     ``held`` is let go of, last first, once the link is closed; ``claim`` is the lock on the port, where there is one.
     """
 
-    emulator: ClassVar[str] = ""
-    """``module:function`` that offers this kind of device in front of a simulated rig, ``rig.emulation.Serve``."""
+    emulator: ClassVar[str] = ""  # module:function that offers such a device in front of a rig, rig.emulation.Serve
+    hardware: ClassVar[bool] = True
 
     def __init__(self) -> None:
         """Prepare the bookkeeping; drivers call this first."""

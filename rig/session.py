@@ -68,12 +68,20 @@ def record(
     protocol = read_protocol(shipped(protocol_path))
     address = address or usual_address(protocol)
     with registry.connect(address) as device:
-        guardian = post(device)
-        checked = proven(protocol, address, device)
-        u = device.quantise(checked.plan.u)
-        with Writer(out, checked.plan, equipment(address, device, checked.plan.rate_hz), u, overwrite) as writer:
-            outcome = runner.run(checked.plan, device, writer, progress, guardian)
-            recording = writer.finish(outcome.complete, outcome.reason, outcome.events)
+        return play(protocol, address, device, out, progress, overwrite)
+
+
+def play(
+    protocol: Protocol, address: str, device: Device, out: str | Path,
+    progress: runner.Progress = lambda done, total: None, overwrite: bool = False,
+) -> Recorded:  # fmt: skip
+    """Play a protocol on a device that is connected at ``address``; otherwise as ``record``."""
+    guardian = post(device)
+    checked = proven(protocol, address, device)
+    u = device.quantise(checked.plan.u)
+    with Writer(out, checked.plan, equipment(address, device, checked.plan.rate_hz), u, overwrite) as writer:
+        outcome = runner.run(checked.plan, device, writer, progress, guardian)
+        recording = writer.finish(outcome.complete, outcome.reason, outcome.events)
     return Recorded(Path(out), recording, outcome)
 
 

@@ -1,0 +1,71 @@
+"""Does one test file run on the mock, on an emulator and on a recording, its output left safe whatever a test does?"""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.architecture.house import ROOT
+from tests.flow.console import rig, start
+
+EXAMPLE = ROOT / "tests" / "hardware"
+
+
+def typed(*arguments: str | Path, cwd: Path = ROOT) -> subprocess.CompletedProcess[str]:
+    """Run pytest with its plug-ins as installed."""
+    return subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-rs", "--no-cov", "-p", "no:cacheprovider", *map(str, arguments)],
+        cwd=cwd, capture_output=True, text=True, timeout=100, check=False)  # fmt: skip
+
+
+def test_the_example_runs_on_an_emulator_and_skips_what_needs_hardware() -> None:
+    ended = typed("-v", "--rig-device", "emulated:serial", EXAMPLE)
+    assert ended.returncode == 0, ended.stdout
+    assert "rig device: emulated:serial" in ended.stdout
+    assert "2 passed, 1 skipped" in ended.stdout
+    assert "needs hardware, and emulated:serial is none" in ended.stdout
+
+
+def test_the_example_runs_on_a_recording_of_its_protocol(tmp_path: Path) -> None:
+    assert rig("run", EXAMPLE / "gap.yaml", "--out", "gap.h5", cwd=tmp_path).code == 0
+    ended = typed("--rig-device", f"drivers.replay:ReplayDevice:{tmp_path / 'gap.h5'}", "-k", "gap_is", EXAMPLE)
+    assert ended.returncode == 0, ended.stdout
+
+
+FAILING = """
+import numpy as np
+import pytest
+from rig.plan import Limits
+
+def test_that_leaves_the_output_on(rig_device):
+    blocks = rig_device.stream(np.full(40_000, 3.0), 10_000.0, Limits(-5.0, 5.0))
+    next(block for block in blocks if block.y.size)
+    raise RuntimeError("a test that fails in mid-run")
+
+@pytest.mark.rig_hardware
+def test_that_finds_it_safe(rig_device):
+    print("level", rig_device.level_v())
+"""
+
+
+def test_a_device_with_an_address_of_its_own_is_hardware_and_left_safe_by_a_test_that_fails(tmp_path: Path) -> None:
+    (tmp_path / "test_it.py").write_text(FAILING)
+    with start("emulate", "serial", cwd=tmp_path) as board:
+        try:
+            assert board.stdout is not None
+            address = board.stdout.readline().strip()
+            ended = typed("--rig-device", address, "--rig-safe-level", "0.5 V", "-s", "test_it.py", cwd=tmp_path)
+        finally:
+            board.terminate()
+            board.communicate(timeout=10)
+    assert "a test that fails in mid-run" in ended.stdout
+    assert "1 failed, 1 passed" in ended.stdout
+    level_v = float(ended.stdout.partition("level ")[2].split()[0])
+    assert level_v == pytest.approx(0.5, abs=1e-3)
+
+
+def test_an_address_that_names_no_driver_is_a_usage_error(tmp_path: Path) -> None:
+    ended = typed("--rig-device", "lopback:", EXAMPLE)
+    assert ended.returncode != 0
+    assert "did you mean 'loopback'?" in ended.stdout + ended.stderr
