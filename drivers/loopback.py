@@ -14,7 +14,7 @@ import numpy as np
 
 import protocols
 from drivers.converter import Codes, dac
-from drivers.emulators.bench import Bench
+from drivers.emulators.bench import WIRED, Bench
 from drivers.emulators.device_model import DeviceModel, Hardware, State
 from rig.device import Array, Block, Capabilities, Device, Flag, Identity
 from rig.errors import FileError, UsageError
@@ -26,7 +26,7 @@ BLOCK = 4096
 
 CAPABILITIES = Capabilities(
     output_low_v=-10.0, output_high_v=10.0, input_low_v=-20.0, input_high_v=20.0,
-    min_rate_hz=0.1, max_rate_hz=1e6, output_bits=16, input_bits=24,
+    min_rate_hz=0.1, max_rate_hz=1e6, output_bits=16, input_bits=24, inputs=len(WIRED),
 )
 
 
@@ -78,7 +78,7 @@ class LoopbackDevice(Device):
 
     def _begin(self, u: Array, rate_hz: float, safe_level_v: float, ramp_s: float) -> None:
         self._codes = dac(CAPABILITIES).codes(u)
-        self._model.arm(u.size, rate_hz, (safe_level_v, ramp_s), self._noise_seed())
+        self._model.arm(u.size, rate_hz, (safe_level_v, ramp_s), self._noise_seed(), self._inputs)
         self._runs += 1
 
     def _noise_seed(self) -> int:
@@ -101,7 +101,8 @@ class LoopbackDevice(Device):
             return None
         converter = self._model.bench.adc
         flags = Flag.CLIPPED if converter.clipped(taken[1]) else Flag.NONE
-        return Block(taken[0], converter.volts(taken[1]), flags)
+        y, *further = converter.volts(taken[1].T)
+        return Block(taken[0], y, flags, np.array(further)) if further else Block(taken[0], y, flags)
 
     def _halt(self) -> None:
         self._model.halt(self._now_s)

@@ -113,10 +113,10 @@ class SerialDaq(Device):
     def _begin(self, u: Array, rate_hz: float, safe_level_v: float, ramp_s: float) -> None:
         codes = dac(self.capabilities()).codes(u)
         window = int(WINDOW_S * self._link.bytes_per_s / width(self._can.output_bits))
-        self._link.ask(f"ARM {codes.size} {self._divider(rate_hz)} {self._ramp(safe_level_v, ramp_s)}")
+        self._link.ask(f"ARM {codes.size} {self._divider(rate_hz)} {self._ramp(safe_level_v, ramp_s)} {self._inputs}")
         self._link.forget()
         self._run = run = _Run(Outgoing(codes, self._can.output_bits, self._can.output_fifo, window),
-                               Incoming(codes.size), Status(False, Condition.FINE, 0, 0, 0))
+                               Incoming(codes.size, self._inputs), Status(False, Condition.FINE, 0, 0, 0))
         self._fill(run)
         self._link.ask("GO")
 
@@ -186,7 +186,8 @@ class SerialDaq(Device):
         flags |= Flag.CLIPPED if converter.clipped(codes) else Flag.NONE
         flags |= Flag.RESENT if run.resent else Flag.NONE
         run.resent = False
-        return Block(start, converter.volts(codes), flags)
+        y, *further = converter.volts(codes.T)
+        return Block(start, y, flags, np.array(further)) if further else Block(start, y, flags)
 
     def _refuse_given_up(self, run: _Run) -> None:
         """Raise DeviceError when the device ended the run by itself and all it sent is received."""

@@ -9,14 +9,15 @@ command                                    reply: ``OK``, then a line ``name=val
 =========================================  ==============================================================
 ``ID?``                                    protocol, model, serial, firmware
 ``CAP?``                                   the fields of ``Description``
-``ARM total divider safe ramp_ms``         clears the FIFOs; the sample rate is clock_hz / divider
+``ARM total divider safe ramp_ms inputs``  clears the FIFOs; the sample rate is clock_hz / divider
 ``GO``                                     starts the sample clock
 ``HALT``                                   stops it, the output holds its level
 ``SAFE level ramp_ms``                     stops it and ramps to the level
 ``LEVEL?``                                 level (or ``none``), state: idle, armed, running, ramping
 =========================================  ==============================================================
 
-Samples are numbered from the start of the run, and a frame of samples carries the number of its first. From ARM to HALT
+Samples are numbered from the start of the run, and a frame of samples carries the number of its first. An input sample
+is one code of each of the ``inputs`` that are recorded, in their order; FIFOs count such samples. From ARM to HALT
 the device sends a status every few milliseconds. Output frames that do not follow are not taken; the status then has
 the flag GAP, and the host sends again from ``accepted`` on. Input samples missing on the host are asked for by AGAIN.
 """
@@ -30,12 +31,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.converter import Codes
+from drivers.framing import MAX_PAYLOAD
 from rig.device import Capabilities
 from rig.plausible import is_positive
 
 PROTOCOL = "2"
 SAMPLES_PER_FRAME = 512
-"""At most; a frame is lost with its first wrong byte."""
+"""At most, and fewer of several inputs; a frame is lost with its first wrong byte."""
 SAMPLES_PER_REPEAT = 64
 """At most, in a frame sent because a longer one did not arrive."""
 LONGEST_RAMP_MS = 60_000
@@ -92,7 +94,10 @@ class Status:
 
 @dataclass(frozen=True)
 class Description:
-    """What the device says it can do; voltages in V, rates in Hz, FIFOs in samples."""
+    """What the device says it can do; voltages in V, rates in Hz, FIFOs in samples.
+
+    The rates of the inputs recorded add up to ``max_total_rate_hz`` at most: what converter and link can carry.
+    """
 
     output_low_v: float
     output_high_v: float
@@ -107,6 +112,8 @@ class Description:
     input_fifo: int
     history: int
     watchdog_s: float
+    inputs: int
+    max_total_rate_hz: float
 
     def __post_init__(self) -> None:
         """Refuse what no device has; raise ValueError. What the device contract has too is checked there."""
@@ -135,7 +142,7 @@ class Description:
         return Capabilities(
             self.output_low_v, self.output_high_v, self.input_low_v, self.input_high_v, self.min_rate_hz,
             self.max_rate_hz, self.output_bits, self.input_bits, buffer_samples=self.output_fifo,
-            max_samples=MOST_SAMPLES,
+            max_samples=MOST_SAMPLES, inputs=self.inputs, max_total_rate_hz=self.max_total_rate_hz,
         )
 
 
@@ -162,6 +169,11 @@ def unpack_codes(payload: bytes, bits: int) -> Codes:
     wide = np.zeros((len(payload) // size, 4), dtype=np.uint8)
     wide[:, 4 - size:] = np.frombuffer(payload, dtype=np.uint8).reshape(-1, size)
     return np.asarray(wide.view("<i4")[:, 0] >> 8 * (4 - size), dtype=np.int32)
+
+
+def samples_per_frame(inputs: int, bits: int, most: int = SAMPLES_PER_FRAME) -> int:
+    """Return how many samples of so many inputs a frame holds, ``most`` or what fits."""
+    return max(1, min(most, MAX_PAYLOAD // (inputs * width(bits))))
 
 
 def width(bits: int) -> int:

@@ -82,9 +82,9 @@ class _Request:
 class Incoming:
     """Every sample of a run: not known yet, here, or lost and why."""
 
-    def __init__(self, total: int) -> None:
-        """Start with nothing received."""
-        self._codes = np.zeros(total, dtype=np.int32)
+    def __init__(self, total: int, inputs: int = 1) -> None:
+        """Start with nothing received of ``total`` samples, each of so many inputs."""
+        self._codes = np.zeros((total, inputs), dtype=np.int32)
         self._state = np.zeros(total, dtype=np.uint8)
         self._next = self._sent = 0
         self._requests: dict[int, _Request] = {}
@@ -95,9 +95,10 @@ class Incoming:
         return not self._gaps()
 
     def add(self, start: int, codes: Codes) -> int:
-        """Note samples that arrived; return how many of them are new. Raise ValueError for another run's."""
-        fresh = self._mark(start, start + codes.size, HERE)
-        self._codes[start:start + codes.size][fresh] = codes[fresh]
+        """Note samples that arrived, input by input of each; return how many are new. ValueError: of another run."""
+        samples = codes.reshape(-1, self._codes.shape[1])
+        fresh = self._mark(start, start + len(samples), HERE)
+        self._codes[start:start + len(samples)][fresh] = samples[fresh]
         return int(fresh.sum())
 
     def lost(self, start: int, stop: int, cause: int) -> None:
@@ -109,7 +110,7 @@ class Incoming:
         self._sent = min(max(self._sent, until), self._state.size)
 
     def take(self) -> tuple[int, Codes, Flag] | None:
-        """Return (first number, codes, what happened before it) of the next samples, None when they are not there.
+        """Return the next samples as (first number, codes (n, inputs), what happened before them), None without any.
 
         Codes are empty at the end of a run whose last samples are lost.
         """

@@ -3,37 +3,51 @@
 import numpy as np
 
 from identify.between import source_voltage
-from identify.chain import running
+from identify.chain import advance, running
 from identify.effects import chain_of
 from identify.model import Model
-from identify.stage import Block, Grid
+from identify.stage import Block, Grid, Place
 from identify.trace import Array
 
 SUBSTEPS = 8  # of a simulated rig, whose samples are not known beforehand
 
 
 class Player:
-    """A rig that is played block by block, from rest, with the noise of its model; equal seeds give equal noise."""
+    """A rig that is played block by block, from rest, with the noise of its model; equal seeds give equal noise.
+
+    ``probes`` are places, as in a report (``G1``), behind which the signal can be had beside y, without noise.
+    """
 
     def __init__(
-        self, model: Model, rate_hz: float, seed: int = 0, start_s: float = 0.0, substeps: int = SUBSTEPS
-    ) -> None:
+        self, model: Model, rate_hz: float, seed: int = 0, start_s: float = 0.0, substeps: int = SUBSTEPS,
+        probes: tuple[str, ...] = (),
+    ) -> None:  # fmt: skip
         """Start the rig at rest at clock time ``start_s``, behind a DAC that holds its level.
 
         Raises ValueError for physics the catalogue has not.
         """
         self._grid = Grid("played", 1.0 / (rate_hz * substeps), substeps, start_s)
-        self._run = running(chain_of(model), self._grid)
+        chain = chain_of(model)
+        self._runs = chain.begin(self._grid) if probes else [running(chain, self._grid)]
+        self._behind = [chain.index(Place.of(place)) for place in probes]
         self._noise_v = model.noise_v or 0.0
         self._random = np.random.default_rng(seed)
         self._played, self._before = 0, 0.0
 
     def play(self, u: Array) -> Array:
         """Return y, V, shape (N,), for the next N samples of u, V; y[k] is read before u[k] acts."""
+        y: Array = self.probed(u)[0]
+        return y
+
+    def probed(self, u: Array) -> Array:
+        """Return y and the signal at every probe, V, shape (1 + probes, N), for the next N samples of u, V."""
         if u.size == 0:
-            return np.empty(0)
+            return np.empty((1 + len(self._behind), 0))
         substeps = self._grid.substeps
         source = source_voltage(np.asarray(u, dtype=np.float64), "held", substeps, self._before)
-        answer = self._run(Block(source, source, self._played * substeps, self._grid))[::substeps]
+        blocks = [Block(source, source, self._played * substeps, self._grid)]
+        for run in self._runs:
+            blocks.append(advance(run, blocks[-1]))
         self._played, self._before = self._played + u.size, float(u[-1])
-        return np.asarray(answer + self._noise_v * self._random.standard_normal(u.size))
+        y = blocks[-1].signal[::substeps] + self._noise_v * self._random.standard_normal(u.size)
+        return np.stack([y, *(blocks[behind].signal[::substeps] for behind in self._behind)])

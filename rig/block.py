@@ -1,4 +1,4 @@
-"""What comes back from a device: which samples, and what happened to them?"""
+"""What comes back from a device: which samples, of how many inputs, and what happened to them?"""
 
 from dataclasses import dataclass, field
 from enum import IntFlag
@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+NO_FURTHER: Array = np.empty((0, 0))
 
 
 class Flag(IntFlag):
@@ -21,11 +22,21 @@ class Flag(IntFlag):
 
 @dataclass(frozen=True)
 class Block:
-    """Samples y (V) of the run from index ``start`` on; indices skipped since the block before are lost."""
+    """Samples y (n,), V, of the run from index ``start`` on; indices skipped since the block before are lost.
+
+    ``further`` (inputs - 1, n), V, are the readings of inputs 2, 3, ... at the same instants; a device that records one
+    input leaves it out.
+    """
 
     start: int
     y: Array
     flags: Flag = field(default=Flag.NONE)
+    further: Array = field(default_factory=lambda: NO_FURTHER)
+
+    def __post_init__(self) -> None:
+        """Refuse readings that are not of the same instants (ValueError)."""
+        if self.further.size and self.further.shape[1:] != self.y.shape:
+            raise ValueError(f"{self.y.shape} samples of y beside {self.further.shape} of the further inputs")
 
     @property
     def stop(self) -> int:

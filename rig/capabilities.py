@@ -18,7 +18,10 @@ class Identity:
 
 @dataclass(frozen=True)
 class Capabilities:
-    """What the device can do. ``buffer_samples`` None: nothing to overrun. ``max_samples`` None: runs of any length."""
+    """What the device can do. ``buffer_samples`` None: nothing to overrun. ``max_samples`` None: runs of any length.
+
+    Of its ``inputs`` a run records the first few; their rates add up to ``max_total_rate_hz`` at most, None: no bound.
+    """
 
     output_low_v: float
     output_high_v: float
@@ -30,6 +33,8 @@ class Capabilities:
     input_bits: int
     buffer_samples: int | None = None
     max_samples: int | None = None
+    inputs: int = 1
+    max_total_rate_hz: float | None = None
 
     @property
     def output_lsb_v(self) -> float:

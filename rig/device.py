@@ -37,7 +37,7 @@ RATE_TOLERANCE = 1e-9
 
 
 class Device(ABC):
-    """A DAQ with one analogue output and one analogue input on one clock.
+    """A DAQ with one analogue output and one or more analogue inputs on one clock.
 
     Connecting outputs nothing. Use as a context manager; leaving it closes the link and does not touch the output.
     ``held`` is let go of, last first, once the link is closed; ``claim`` is the lock on the port, where there is one.
@@ -53,6 +53,7 @@ class Device(ABC):
         self.address = ""
         self.claim: Claim | None = None
         self.held = ExitStack()
+        self._inputs = 1
 
     @classmethod
     @abstractmethod
@@ -109,16 +110,17 @@ class Device(ABC):
         return self._quantise(np.asarray(u, dtype=np.float64))
 
     @final
-    def check(self, u: Array, rate_hz: float, limits: "Limits", safe_level_v: float = 0.0) -> Array:
+    def check(self, u: Array, rate_hz: float, limits: "Limits", safe_level_v: float = 0.0, inputs: int = 1) -> Array:
         """Return ``u`` as it would be put out, or raise RefusedError; outputs nothing.
 
         Refused are: a sample or the safe level beyond what plan and device both allow, too steep a slope, a rate the
-        clock cannot make, a run longer than the device's memory.
+        clock cannot make, more ``inputs`` than there are, a run longer than the device's memory.
         """
         can = self.capabilities()
         check_samples(np.asarray(u, dtype=np.float64), rate_hz, limits, can)
         check_level(safe_level_v, limits, can, name="safe level")
         self._check_rate(rate_hz)
+        self._check_inputs(inputs, rate_hz)
         if can.max_samples is not None and u.size > can.max_samples:
             raise RefusedError("the run is too long for the device", value=f"{u.size} samples",
                                allowed=f"at most {can.max_samples}", do="shorten the protocol or lower the rate")
@@ -130,17 +132,19 @@ class Device(ABC):
 
     @final
     def stream(self, u: Array, rate_hz: float, limits: "Limits", safe_level_v: float = 0.0, ramp_s: float = 0.1,
-               ) -> Iterator[Block]:
+               inputs: int = 1) -> Iterator[Block]:
         """Check ``u`` (N,), V, then play it once while reading y; return the blocks of y in order of time.
+
+        With ``inputs`` above 1 every block also has what inputs 2 to ``inputs`` read.
 
         Raises RefusedError before anything is output. The iterator yields an empty block when nothing arrived for
         ``POLL_S``, and raises DeviceError when the device fails or falls silent. When left early it stops the clock;
         the output then holds its level until ``safe``. A device with a watchdog returns to ``safe_level_v`` within
         ``ramp_s`` by itself when the host falls silent.
         """
-        samples = self.check(u, rate_hz, limits, safe_level_v)
+        samples = self.check(u, rate_hz, limits, safe_level_v, inputs)
         log.info("stream %d samples at %g Hz", samples.size, rate_hz)
-        return self._blocks(samples, rate_hz, safe_level_v, ramp_s)
+        return self._blocks(samples, rate_hz, safe_level_v, ramp_s, inputs)
 
     @final
     def safe(self, level_v: float = 0.0, ramp_s: float = 0.1) -> None:
@@ -195,9 +199,22 @@ class Device(ABC):
             raise RefusedError("the device's clock cannot make this rate", value=f"{rate_hz!r} Hz",
                                allowed=f"{made!r} Hz is the nearest", do="plan the protocol for that rate")
 
-    def _blocks(self, samples: Array, rate_hz: float, safe_level_v: float, ramp_s: float) -> Iterator[Block]:
+    def _check_inputs(self, inputs: int, rate_hz: float) -> None:
+        """Raise RefusedError when the device has fewer than ``inputs``, or cannot read them all at this rate."""
+        can = self.capabilities()
+        if not 1 <= inputs <= can.inputs:
+            raise RefusedError("the device has not so many inputs", value=f"{inputs}", allowed=f"1 to {can.inputs}",
+                               do="change acquisition.inputs")
+        if can.max_total_rate_hz is not None and inputs * rate_hz > can.max_total_rate_hz * (1 + RATE_TOLERANCE):
+            raise RefusedError("the device cannot read so many inputs at this rate", value=f"{inputs} x {rate_hz:g} Hz",
+                               allowed=f"{can.max_total_rate_hz:g} Hz over all inputs",
+                               do="lower acquisition.rate or take fewer acquisition.inputs")
+
+    def _blocks(self, samples: Array, rate_hz: float, safe_level_v: float, ramp_s: float, inputs: int,
+                ) -> Iterator[Block]:
         """Yield the blocks of one run in order, under the deadline; stop the clock however the run ends."""
         expected, patience_s = 0, STALL_S + 2 / rate_hz
+        self._inputs = inputs
         with self._halted_afterwards():
             self._begin(samples, rate_hz, safe_level_v, ramp_s)
             deadline = time.monotonic() + patience_s
@@ -226,6 +243,9 @@ class Device(ABC):
 
     def _following(self, block: Block, expected: int, size: int) -> int:
         """Return the index after ``block``; raise DeviceError when it does not follow the block before."""
+        if block.y.size and block.further.shape[0] != self._inputs - 1:
+            raise DeviceError("the device sent other inputs than were asked for", where=str(self.identity()),
+                              value=f"{1 + block.further.shape[0]} inputs", allowed=f"{self._inputs}")
         if block.start < expected or block.stop > size:
             raise DeviceError("the device sent samples out of order", where=str(self.identity()),
                               value=f"samples {block.start} to {block.stop}", allowed=f"{expected} to {size}")
@@ -254,7 +274,7 @@ class Device(ABC):
 
     @abstractmethod
     def _begin(self, u: Array, rate_hz: float, safe_level_v: float, ramp_s: float) -> None:
-        """Load the checked and quantised ``u`` and start the clock."""
+        """Load the checked and quantised ``u`` and start the clock; a device with several inputs reads ``_inputs``."""
 
     @abstractmethod
     def _read(self, timeout_s: float) -> Block | None:

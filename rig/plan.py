@@ -34,7 +34,8 @@ HEADER_BYTES = 65_536
 class Plan:
     """The samples u (N,), V, a device is to play, u[k] from k / rate_hz on, and what to know while it does.
 
-    ``notes`` say where the samples are not quite what was asked for. Paths and texts are those of the files read.
+    ``inputs`` are the signals to record, by what is wired to the device's inputs 1, 2, ...; the first is y. ``notes``
+    say where the samples are not quite what was asked for. Paths and texts are those of the files read.
     """
 
     title: str
@@ -49,6 +50,7 @@ class Plan:
     rig_path: str | None = None
     rig_text: str = ""
     device: str | None = None
+    inputs: tuple[str, ...] = ("y",)
     notes: tuple[str, ...] = field(default=())
 
     def __post_init__(self) -> None:
@@ -74,13 +76,13 @@ class Plan:
 
     @property
     def memory_bytes(self) -> int:
-        """Return what the samples take in the computer while they are played: u and y."""
-        return 2 * int(self.u.nbytes)
+        """Return what the samples take in the computer while they are played: u and the inputs."""
+        return (1 + len(self.inputs)) * int(self.u.nbytes)
 
     @property
     def disk_bytes(self) -> int:
-        """Return what the recording takes: u, y and the ledger, twice while it is being closed."""
-        return 2 * (17 * int(self.u.size) + HEADER_BYTES)
+        """Return what the recording takes: u, the inputs and the ledger, twice while it is being closed."""
+        return 2 * ((9 + 8 * len(self.inputs)) * int(self.u.size) + HEADER_BYTES)
 
 
 def plan(protocol: Protocol, rate_hz: float | None = None) -> Plan:
@@ -98,6 +100,7 @@ def plan(protocol: Protocol, rate_hz: float | None = None) -> Plan:
         steps=_planned(protocol, drawn, order), limits=protocol.limits, safe_level_v=protocol.safe_level_v,
         ramp_s=protocol.ramp_s, protocol_text=protocol.text, question=protocol.question, rig_path=protocol.rig_path,
         rig_text=protocol.rig.text if protocol.rig else "", device=protocol.device,
+        inputs=protocol.inputs,
         notes=_notes(protocol, drawn, rate),
     )
 

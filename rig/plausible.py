@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from rig.capabilities import Capabilities
 
 MOST_V, MOST_HZ, MOST_SAMPLES = 1e4, 1e10, 1 << 48
+MOST_INPUTS = 64
 BITS = (2, 32)
 
 
@@ -35,6 +36,11 @@ def _impossibilities(can: "Capabilities") -> Iterator[str]:
     for name, count in (("buffer_samples", can.buffer_samples), ("max_samples", can.max_samples)):
         if count is not None and not 1 <= count <= MOST_SAMPLES:
             yield f"{name} = {count}; allowed: 1 to {MOST_SAMPLES}"
+    if not 1 <= can.inputs <= MOST_INPUTS:
+        yield f"inputs = {can.inputs}; allowed: 1 to {MOST_INPUTS}"
+    if can.max_total_rate_hz is not None and not can.min_rate_hz <= can.max_total_rate_hz <= MOST_HZ * MOST_INPUTS:
+        yield (f"max_total_rate_hz = {can.max_total_rate_hz:g} Hz; "
+               f"allowed: {can.min_rate_hz:g} to {MOST_HZ * MOST_INPUTS:g} Hz")
 
 
 def is_positive(value: float) -> bool:

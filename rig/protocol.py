@@ -1,10 +1,11 @@
 """What does a protocol file ask for: which question, on which rig, within which limits, in which steps?"""
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
 import protocols
 from rig.errors import FileError, MisfitError, unknown
@@ -16,6 +17,7 @@ from rig.stimulus import Stimulus
 from rig.yamlfile import Document, parse_yaml, read_text
 
 STEP_KEYS = ("label", "repeats")
+SIGNAL = re.compile(r"[A-Za-z]\w{0,39}", re.ASCII)
 
 
 @dataclass(frozen=True)
@@ -30,7 +32,10 @@ class ProtocolStep:
 
 @dataclass(frozen=True)
 class Protocol:
-    """A protocol as its file describes it. ``rig`` is the file it names, ``device`` an address; both may be absent."""
+    """A protocol as its file describes it. ``rig`` is the file it names, ``device`` an address; both may be absent.
+
+    ``inputs`` names what is wired to inputs 1, 2, ... of the device; the first is y.
+    """
 
     title: str
     question: str
@@ -45,12 +50,31 @@ class Protocol:
     rig_path: str | None = None
     rig: RigFile | None = None
     device: str | None = None
+    inputs: tuple[str, ...] = ("y",)
 
 
 class AcquisitionForm(Form):
-    """The sample clock: in Hz, or so many times a stimulus frequency (``628 x 0.01 rad/s``)."""
+    """The sample clock: in Hz, or so many times a stimulus frequency (``628 x 0.01 rad/s``); and what is recorded.
+
+    ``inputs`` names what is wired to the device's inputs 1, 2, ...: y, and further signals to be kept beside it.
+    ``u_measured`` is the output read back.
+    """
 
     rate: Rate
+    inputs: list[str] = Field(default_factory=lambda: ["y"])
+
+    @field_validator("inputs")
+    @classmethod
+    def _named(cls, inputs: list[str]) -> list[str]:
+        wrong = next((name for name in inputs if not SIGNAL.fullmatch(name)), None)
+        if wrong is not None:
+            raise MisfitError("not a name for an input", value=repr(wrong), allowed="letters, digits and _, as in w_2")
+        if "u" in inputs:
+            raise MisfitError("u is what is put out, not an input", do="call an input that reads it back 'u_measured'")
+        if inputs[:1] != ["y"] or len(set(inputs)) < len(inputs):
+            raise MisfitError("the inputs are y and further ones, each named once", value=", ".join(inputs) or "none",
+                              allowed="for example [y, u_measured, v]")
+        return inputs
 
 
 class ProtocolForm(Form):
@@ -93,7 +117,7 @@ def parse_protocol(text: str, where: str) -> Protocol:
         title=form.title, question=form.question, path=where, text=text, limits=_limits(document, form, rig),
         rate_hz=form.acquisition.rate, steps=_steps(document, form.steps), repeats=form.repeats,
         safe_level_v=form.safe_level, ramp_s=form.ramp, rig_path=None if rig_path is None else str(rig_path),
-        rig=rig, device=form.device,
+        rig=rig, device=form.device, inputs=tuple(form.acquisition.inputs),
     )
 
 

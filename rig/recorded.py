@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
+from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
@@ -61,10 +62,11 @@ class Origin:
 
 @dataclass(frozen=True)
 class Recording:
-    """One run. ``u`` is what the output was told, ``u_measured`` a channel that read it back; V, shape (N,) as ``y``.
+    """One run. ``u`` is what the output was told, ``u_measured`` an input that read it back; V, shape (N,) as ``y``.
 
-    y[k] is read at start_s + k / rate_hz, just before u[k] acts. ``ledger`` (N,) holds an ``Entry`` for every sample
-    of y, which is NaN where nothing was recorded. ``initial`` says whether the rig was at rest before the first sample.
+    ``further`` are the other inputs by name. All inputs are read at start_s + k / rate_hz, just before u[k] acts.
+    ``ledger`` (N,) holds an ``Entry`` for every sample of them, which are NaN where nothing was recorded. ``initial``
+    says whether the rig was at rest before the first sample.
     """
 
     name: str
@@ -74,6 +76,7 @@ class Recording:
     ledger: Ledger
     origin: Origin
     u_measured: Samples | None = None
+    further: Mapping[str, Samples] = field(default_factory=dict)
     intersample: Intersample = "held"
     start_s: float = 0.0
     initial: Initial = "rest"
@@ -88,13 +91,15 @@ class Recording:
 
     def __post_init__(self) -> None:
         """Freeze the arrays; raise ValueError for what cannot be a recording."""
-        signals = {"u": self.u, "y": self.y} | ({} if self.u_measured is None else {"u_measured": self.u_measured})
-        for key, values in signals.items():
-            object.__setattr__(self, key, frozen(values))
+        measured = None if self.u_measured is None else frozen(self.u_measured)
+        further = MappingProxyType({key: frozen(values) for key, values in self.further.items()})
+        signals = {"u": frozen(self.u), "y": frozen(self.y), "u_measured": measured, "further": further}
+        for key, value in signals.items():
+            object.__setattr__(self, key, value)
         ledger = np.asarray(self.ledger, dtype=np.uint8).view()
         ledger.flags.writeable = False
         object.__setattr__(self, "ledger", ledger)
-        sizes = {key: getattr(self, key).size for key in (*signals, "ledger")}
+        sizes = {key: values.size for key, values in ({"u": self.u, "ledger": ledger} | self.inputs()).items()}
         if len(set(sizes.values())) > 1 or self.u.size == 0:
             raise ValueError(f"signals of {sizes} samples; all must be equal and above 0")
         if not (np.isfinite(self.rate_hz) and self.rate_hz > 0):
@@ -103,9 +108,15 @@ class Recording:
             raise ValueError("a recorded sample is not a finite number")
 
     def _is_finite(self, at: slice) -> bool:
-        """Return whether u, and y where it was recorded, are numbers."""
-        y = self.y[at][self.ledger[at] == Entry.RECORDED]
-        return bool(np.isfinite(self.u[at]).all() and np.isfinite(y).all())
+        """Return whether u, and the inputs where they were recorded, are numbers."""
+        here = self.ledger[at] == Entry.RECORDED
+        return all(np.isfinite(values).all()
+                   for values in (self.u[at], *(signal[at][here] for signal in self.inputs().values())))
+
+    def inputs(self) -> dict[str, Samples]:
+        """Return what the inputs read, by name, y first."""
+        measured = {} if self.u_measured is None else {"u_measured": self.u_measured}
+        return {"y": self.y, **measured, **self.further}
 
     def count(self, entry: Entry) -> int:
         """Return how many samples the ledger has under ``entry``; over all entries they add up to N."""

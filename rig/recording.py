@@ -1,28 +1,30 @@
 """How is a run kept in a file that survives a killed process, and is any damage to it found?
 
-HDF5, readable by plain h5py, MATLAB and HDFView: datasets ``u``, ``y``, ``ledger`` and perhaps ``u_measured``, tables
-``steps`` and ``events``, texts ``protocol`` and ``rig``, everything else as attributes. While a run is being recorded
-only sample values are written, in place, into a file whose structure was finished before: whenever the process dies,
-the file opens. The finished recording replaces it in one move, with a SHA-256 on every dataset and on the attributes.
+HDF5, readable by plain h5py, MATLAB and HDFView: datasets ``u``, ``y``, ``ledger`` and perhaps ``u_measured``, further
+inputs in the group ``inputs``, tables ``steps`` and ``events``, texts ``protocol`` and ``rig``, everything else as
+attributes. While a run is being recorded only sample values are written, in place, into a file whose structure was
+finished before: whenever the process dies, the file opens. The finished recording replaces it in one move, with a
+SHA-256 on every dataset and on the attributes.
 """
 
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import h5py
 import numpy as np
 
-from identify.trace import Array
+from identify.trace import Array, Samples
+from rig.block import NO_FURTHER
 from rig.errors import FileError
 from rig.plan import Plan
 from rig.provenance import git_commit, now, software
 from rig.recorded import Entry, Equipment, Event, Origin, Recording
-from rig.recordingfile import ForeignError, load, store
+from rig.recordingfile import ForeignError, load, place, store
 from rig.seal import SCHEMA, Seal, inspect
 
 __all__ = ["Entry", "Equipment", "Event", "Origin", "Recording", "Writer", "read", "write"]
@@ -122,17 +124,22 @@ class Writer:
         self._position = 0
         _put(self.path, self._begun)
         self._file = h5py.File(self.path, "r+")
-        self._y, self._ledger = self._file["y"], self._file["ledger"]
+        self._ledger = self._file["ledger"]
+        self._inputs = {name: self._file[place(name)] for name in plan.inputs}
 
-    def append(self, start: int, y: Array) -> None:
-        """Store ``y`` (V) as the samples from index ``start`` on; those skipped since the last call are lost.
+    def append(self, start: int, y: Array, further: Array = NO_FURTHER) -> None:
+        """Store ``y`` (n,), V, as the samples from index ``start`` on; those skipped since the last call are lost.
 
-        Raises ValueError for samples that do not follow. On return they are with the operating system.
+        ``further`` (inputs - 1, n) are the other inputs of the plan, in its order. Raises ValueError for samples that
+        do not follow, or of other inputs. On return they are with the operating system.
         """
-        stop = start + len(y)
-        if not self._position <= start <= stop <= self._y.shape[0]:
-            raise ValueError(f"samples {start} to {stop} do not follow {self._position} of {self._y.shape[0]}")
-        self._y[start:stop] = y
+        stop, size = start + len(y), self._ledger.shape[0]
+        if not self._position <= start <= stop <= size:
+            raise ValueError(f"samples {start} to {stop} do not follow {self._position} of {size}")
+        if 1 + len(further) != len(self._inputs):
+            raise ValueError(f"{1 + len(further)} inputs where {len(self._inputs)} are recorded")
+        for dataset, values in zip(self._inputs.values(), (y, *further), strict=True):
+            dataset[start:stop] = values
         self._file.flush()
         self._ledger[self._position:start] = Entry.LOST
         self._ledger[start:stop] = Entry.RECORDED
@@ -145,13 +152,14 @@ class Writer:
         Raises FileError when the finished file cannot be written; what was recorded stays readable.
         """
         happened = tuple(events)
-        ledger, y = self._ledger[:], self._y[:]
+        ledger = self._ledger[:]
+        inputs = _by_field({name: dataset[:] for name, dataset in self._inputs.items()})
         self.close()
         for event in happened:
             if event.kind == "lost":
                 stretch = ledger[event.start:event.stop]
                 stretch[stretch == Entry.NOT_RECEIVED] = Entry.LOST
-        finished = replace(self._begun, y=y, ledger=ledger, complete=complete, reason=reason, events=happened,
+        finished = replace(self._begun, **inputs, ledger=ledger, complete=complete, reason=reason, events=happened,
                            origin=replace(self._begun.origin, finished=now()))
         _put(self.path, finished)
         return finished
@@ -173,13 +181,20 @@ class Writer:
 def _begun(path: Path, plan: Plan, equipment: Equipment, u: Array) -> Recording:
     """Return the recording of a run of which nothing was received yet."""
     origin = Origin(equipment, software(), git_commit(), started=now())
+    nothing = np.full(u.size, np.nan)
     return Recording(
-        name=path.stem, rate_hz=plan.rate_hz, u=u, y=np.full(u.size, np.nan),
+        name=path.stem, rate_hz=plan.rate_hz, u=u, **_by_field(dict.fromkeys(plan.inputs, nothing)),
         ledger=np.full(u.size, Entry.NOT_RECEIVED, dtype=np.uint8), origin=origin, title=plan.title,
         question=plan.question, protocol_text=plan.protocol_text, rig_text=plan.rig_text, complete=False,
         reason="the program ended before the run did",
         steps=plan.steps,
     )
+
+
+def _by_field(inputs: Mapping[str, Samples]) -> dict[str, Any]:
+    """Return the inputs by name as a Recording has them: y, u_measured where there is one, and the further ones."""
+    own = {name: inputs[name] for name in ("y", "u_measured") if name in inputs}
+    return {**own, "further": {name: values for name, values in inputs.items() if name not in own}}
 
 
 def _reason(error: Exception) -> str:

@@ -17,7 +17,8 @@ from rig.seal import SCHEMA, SIZE, seal
 
 SIGNALS = {"u": "output as commanded", "u_measured": "output as measured", "y": "input as recorded"}
 LEDGER = "one entry for every sample: " + ", ".join(f"{entry.value} {entry.name.lower()}" for entry in Entry)
-GROWING = ("y", "ledger")
+FURTHER = "inputs"
+GROWING = ("y", "u_measured", "ledger")
 ROOT = ("title", "question", "rate_hz", "start_s", "intersample", "initial", "complete", "reason")
 CLOCK = ("started", "finished", "git_commit")
 IDENTITY = ("address", "model", "serial", "firmware")
@@ -36,7 +37,7 @@ class ForeignError(ValueError):
 
 def store(path: Path, recording: Recording) -> None:
     """Write all of ``recording``; what still grows in one that is not finished gets no checksum. Raises OSError."""
-    unsealed = () if recording.origin.finished else GROWING
+    unsealed = () if recording.origin.finished else (*GROWING, *map(place, recording.further))
     with h5py.File(path, "w", userblock_size=SIZE) as file:
         for name, (values, notes) in _datasets(recording).items():
             dataset = _filled(file, name, values)
@@ -68,13 +69,14 @@ def load(file: h5py.File, name: str, *, intact: bool) -> Recording:
     if root.get("schema") != SCHEMA:
         raise ForeignError(str(root.get("schema", "no schema")))
     if not intact:
-        _compare_digests(file, () if root["finished"] else GROWING)
+        _compare_digests(file, finished=bool(root["finished"]))
     device = _plain(file["device"].attrs)
     equipment = Equipment(settings=_plain(file["device/settings"].attrs), **{key: device[key] for key in IDENTITY})
     origin = Origin(equipment, software=_plain(file["software"].attrs), **{key: root[key] for key in CLOCK})
     return Recording(
         name=name, u=_signal(file["u"]), y=_signal(file["y"]), ledger=file["ledger"][:], origin=origin,
         u_measured=_signal(file["u_measured"]) if "u_measured" in file else None,
+        further={name: _signal(dataset) for name, dataset in file.get(FURTHER, {}).items()},
         protocol_text=file["protocol"].asstr()[()], rig_text=file["rig"].asstr()[()],
         steps=tuple(Step(*row) for row in _rows(file["steps"])),
         events=tuple(Event(*row) for row in _rows(file["events"])), **{key: root[key] for key in ROOT},
@@ -106,9 +108,10 @@ def attributes_digest(file: h5py.File) -> str:
 
 def _datasets(recording: Recording) -> dict[str, tuple[Any, dict[str, str]]]:
     """Return every dataset by name: its values and its attributes."""
-    signals = {name: getattr(recording, name) for name in SIGNALS if getattr(recording, name) is not None}
+    signals = {"u": recording.u} | recording.inputs()
     return {
-        **{name: (values, {"unit": "V", "description": SIGNALS[name]}) for name, values in signals.items()},
+        **{place(name): (values, {"unit": "V", "description": SIGNALS.get(name, "a further input as recorded")})
+           for name, values in signals.items()},
         "ledger": (recording.ledger, {"description": LEDGER}),
         "steps": (_table(recording.steps, STEPS), {"description": "samples [start, stop) of every stimulus"}),
         "events": (_table(recording.events, EVENTS), {"description": "what happened at samples [start, stop)"}),
@@ -126,13 +129,29 @@ def _attributes(recording: Recording) -> dict[str, dict[str, Any]]:
     return dict(zip(GROUPS, held, strict=True))
 
 
-def _compare_digests(file: h5py.File, unsealed: Sequence[str]) -> None:
-    """Raise ValueError naming the first part whose checksum does not match, KeyError where there is none."""
+def place(name: str) -> str:
+    """Return where in the file the signal ``name`` stands: the further inputs have a group of their own."""
+    return name if name in SIGNALS else f"{FURTHER}/{name}"
+
+
+def _compare_digests(file: h5py.File, *, finished: bool) -> None:
+    """Raise ValueError naming the first part whose checksum does not match, KeyError where there is none.
+
+    What grew in a file that was not ``finished`` has none.
+    """
     if attributes_digest(file) != file.attrs[CHECKSUM]:
         raise ValueError("the attributes do not match their checksum")
-    for name, dataset in file.items():
-        if isinstance(dataset, h5py.Dataset) and name not in unsealed and digest(dataset) != dataset.attrs[CHECKSUM]:
+    for name, dataset in _held(file).items():
+        grew = not finished and (name in GROWING or name.startswith(f"{FURTHER}/"))
+        if not grew and digest(dataset) != dataset.attrs[CHECKSUM]:
             raise ValueError(f"the dataset {name!r} does not match its checksum")
+
+
+def _held(file: h5py.File) -> dict[str, h5py.Dataset]:
+    """Return all datasets by name."""
+    found: dict[str, h5py.Dataset] = {}
+    file.visititems(lambda name, item: found.update({name: item} if isinstance(item, h5py.Dataset) else {}))
+    return found
 
 
 def _plain(attributes: Mapping[str, Any]) -> dict[str, Any]:

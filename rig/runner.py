@@ -33,8 +33,8 @@ _STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 class Sink(Protocol):
     """Where samples go: a recording being written."""
 
-    def append(self, start: int, y: Array) -> None:
-        """Store ``y`` (V) as the samples from index ``start`` on."""
+    def append(self, start: int, y: Array, further: Array) -> None:
+        """Store ``y`` (n,), V, and the ``further`` inputs (inputs - 1, n), as the samples from index ``start`` on."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def run(
     """
     guardian = guardian or post(device)
     with _stop_requests() as stop:
-        blocks = device.stream(plan.u, plan.rate_hz, plan.limits, plan.safe_level_v, plan.ramp_s)
+        blocks = device.stream(plan.u, plan.rate_hz, plan.limits, plan.safe_level_v, plan.ramp_s, len(plan.inputs))
         if guardian is not None:
             guardian.arm(plan.safe_level_v, plan.ramp_s)
         state = _Progress(plan.u.size)
@@ -126,7 +126,7 @@ def _play(blocks: Iterator[Block], writer: Sink, progress: Progress, state: _Pro
 def _store(writer: Sink, block: Block, state: _Progress) -> None:
     """Store a block; raise IncompleteError when the storage fails (h5py tells a full disk as a RuntimeError)."""
     try:
-        writer.append(block.start, block.y)
+        writer.append(block.start, block.y, block.further)
     except (OSError, RuntimeError) as error:
         state.received -= int(block.y.size)
         raise IncompleteError(f"the recording could not be stored: {error}",

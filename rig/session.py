@@ -100,7 +100,7 @@ def proven(protocol: Protocol, address: str, device: Device) -> Checked:
     plan = draw(protocol, rate)
     with _blamed_on(protocol.path):
         try:
-            device.check(plan.u, rate, plan.limits, plan.safe_level_v)
+            device.check(plan.u, rate, plan.limits, plan.safe_level_v, len(plan.inputs))
         except RefusedError as error:
             if error.where is None:
                 _check_steps(protocol, plan, device)

@@ -8,6 +8,9 @@ from identify.simulate import Player
 from rig.device import Capabilities
 from rig.rigfile import RigFile
 
+WIRED = ("y", "u_measured", "v", "w")
+"""What the inputs of a simulated device are wired to: the answer, its own output, the signals before and behind F."""
+
 
 class Bench:
     """A rig between a DAC and an ADC: codes in, codes out, state kept from block to block."""
@@ -18,12 +21,24 @@ class Bench:
         self.dac, self.adc = dac(can), adc(can)
         self._player: Player | None = None
 
-    def reset(self, rate_hz: float, seed: int) -> None:
-        """Put the rig at rest, as after a long pause, and set rate and noise for the next run."""
-        self._player = Player(self._model, rate_hz, seed=seed)
+    def reset(self, rate_hz: float, seed: int, inputs: int = 1) -> None:
+        """Put the rig at rest, as after a long pause, and set rate, noise and number of inputs for the next run."""
+        probes = ("G1", "F")[:max(0, inputs - 2)]
+        self._player = Player(self._model, rate_hz, seed=seed, probes=probes)
+        self._inputs, self._put_out_v = inputs, 0.0
 
     def play(self, codes: NDArray[np.integer]) -> Codes:
-        """Return what the ADC reads while the DAC puts out ``codes`` (N,); y[k] is read before u[k] acts."""
+        """Return what the ADC reads (N, inputs) while the DAC puts out ``codes`` (N,); read k is before u[k] acts."""
         if self._player is None:
             raise RuntimeError("Bench.reset comes before Bench.play")
-        return self.adc.codes(self._player.play(self.dac.volts(codes)))
+        u = self.dac.volts(codes)
+        read = self._player.probed(u)
+        if self._inputs > 1:
+            read = np.stack([read[0], self._read_back(u), *read[1:]])
+        return np.ascontiguousarray(self.adc.codes(read).T)
+
+    def _read_back(self, u: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the output's level, V, just before each of the samples ``u`` acts."""
+        before = np.concatenate([[self._put_out_v], u[:-1]]) if u.size else u
+        self._put_out_v = float(u[-1]) if u.size else self._put_out_v
+        return before

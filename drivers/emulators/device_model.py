@@ -44,23 +44,24 @@ class Hardware:
 class Ring:
     """The last ``size`` samples of a numbered series, each found by its number; numbers may be skipped."""
 
-    def __init__(self, size: int) -> None:
-        """Start empty."""
-        self._values = np.zeros(size, dtype=np.int32)
+    def __init__(self, size: int, *row: int) -> None:
+        """Start empty; ``row`` is the shape of one sample."""
+        self._values = np.zeros((size, *row), dtype=np.int32)
         self._numbers = np.full(size, -1, dtype=np.int64)
 
     def put(self, start: int, values: NDArray[np.integer]) -> None:
         """Store ``values`` (at most the size) under the numbers ``start``, ``start + 1``, ..."""
-        at = np.arange(start, start + values.size) % self._values.size
+        numbers = np.arange(start, start + len(values))
+        at = numbers % self._numbers.size
         self._values[at] = values
-        self._numbers[at] = np.arange(start, start + values.size)
+        self._numbers[at] = numbers
 
     def get(self, start: int, stop: int) -> list[tuple[int, Codes]]:
         """Return what is still stored of [start, stop) as runs of consecutive numbers: [(first number, values)]."""
-        numbers = np.arange(max(start, stop - self._values.size), stop)
-        kept = numbers[self._numbers[numbers % self._values.size] == numbers]
+        numbers = np.arange(max(start, stop - self._numbers.size), stop)
+        kept = numbers[self._numbers[numbers % self._numbers.size] == numbers]
         runs = np.split(kept, np.flatnonzero(np.diff(kept) > 1) + 1) if kept.size else []
-        return [(int(run[0]), self._values[run % self._values.size]) for run in runs]
+        return [(int(run[0]), self._values[run % self._numbers.size]) for run in runs]
 
 
 class DeviceModel:
@@ -77,18 +78,23 @@ class DeviceModel:
         self._ramp = (0.0, 0.0, 0.0, 0.0)
         self._heard_s = 0.0
         self.accepted = self.played = self.sent = self.overrun_samples = 0
-        self._clear(0)
+        self._clear(0, 1)
 
     def achievable_rate(self, rate_hz: float) -> float:
         """Return the nearest rate the clock divider makes, in Hz."""
         clock = self.hardware.clock_hz
         return rate_hz if clock is None else clock / max(1, round(clock / rate_hz))
 
-    def arm(self, total: int, rate_hz: float, safe: tuple[float, float], seed: int) -> None:
-        """Prepare a run of ``total`` samples: FIFOs empty, rig at rest; ``safe`` is (level in V, ramp in s)."""
-        self._clear(total)
+    def arm(self, total: int, rate_hz: float, safe: tuple[float, float], seed: int, inputs: int = 1) -> None:
+        """Prepare a run of ``total`` samples: FIFOs empty, rig at rest; ``safe`` is (level in V, ramp in s).
+
+        Raises ValueError when there are not so many ``inputs``.
+        """
+        if not 1 <= inputs <= self.hardware.capabilities.inputs:
+            raise ValueError(f"{inputs} inputs of {self.hardware.capabilities.inputs}")
+        self._clear(total, inputs)
         self.rate_hz, self._safe = self.achievable_rate(rate_hz), safe
-        self.bench.reset(self.rate_hz, seed)
+        self.bench.reset(self.rate_hz, seed, inputs)
         self.state = State.ARMED
 
     def push(self, start: int, codes: NDArray[np.integer]) -> bool:
@@ -148,13 +154,16 @@ class DeviceModel:
             self.state = State.IDLE
 
     def take(self, most: int) -> tuple[int, Codes] | None:
-        """Return up to ``most`` samples not handed over yet as (first number, codes), lost ones skipped, or None."""
+        """Return up to ``most`` samples not handed over yet as (first number, codes (n, inputs)), None without any.
+
+        Lost ones are skipped.
+        """
         runs = self._input.get(self.sent, min(self.played, self.sent + most)) or self._input.get(self.sent, self.played)
         if not runs:
             self.sent = self.played
             return None
         start, codes = runs[0][0], runs[0][1][:most]
-        self.sent = start + codes.size
+        self.sent = start + len(codes)
         return start, codes
 
     def again(self, start: int, stop: int) -> list[tuple[int, Codes]]:
@@ -166,11 +175,11 @@ class DeviceModel:
         """Return whether every sample of the run was played."""
         return self.played >= self._total
 
-    def _clear(self, total: int) -> None:
+    def _clear(self, total: int, inputs: int) -> None:
         """Empty the FIFOs and forget the last run."""
         self._total, self._start_s = total, 0.0
         self._output = Ring(self.hardware.output_fifo)
-        self._input = Ring(self.hardware.input_fifo + self.hardware.history)
+        self._input = Ring(self.hardware.input_fifo + self.hardware.history, inputs)
         self.accepted = self.played = self.sent = self.overrun_samples = 0
         self.underrun = self.watchdog_tripped = self.clipped = False
 

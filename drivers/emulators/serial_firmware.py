@@ -22,6 +22,7 @@ from drivers.serial_messages import (
     lines,
     pack_codes,
     pack_range,
+    samples_per_frame,
     unpack_codes,
     unpack_range,
 )
@@ -39,6 +40,7 @@ class SerialFirmware:
         self._runs, self._next_beat_s, self._heard_s = 0, 0.0, 0.0
         self._live = self._draining = self._gap = False
         self._last: tuple[int, bytes] | None = None
+        self._frame, self._repeated = SAMPLES_PER_FRAME, SAMPLES_PER_REPEAT
 
     @property
     def live(self) -> bool:
@@ -109,10 +111,13 @@ class SerialFirmware:
         return description(self._model.hardware).text()
 
     def _arm(self, words: Words, now_s: float) -> str:
-        total, divider, safe = int(words[0]), int(words[1]), self._ramp(words[2:])
+        total, divider, safe, inputs = int(words[0]), int(words[1]), self._ramp(words[2:]), int(words[4])
         if divider < 1 or self._model.hardware.clock_hz is None:
             raise ValueError("the divider is at least 1")
-        self._model.arm(total, self._model.hardware.clock_hz / divider, safe, self._seed + self._runs)
+        self._model.arm(total, self._model.hardware.clock_hz / divider, safe, self._seed + self._runs, inputs)
+        bits = self._model.hardware.capabilities.input_bits
+        self._frame, self._repeated = (samples_per_frame(inputs, bits, most)
+                                       for most in (SAMPLES_PER_FRAME, SAMPLES_PER_REPEAT))
         self._runs, self._next_beat_s = self._runs + 1, now_s
         self._live, self._draining, self._gap = True, False, False
         return ""
@@ -157,7 +162,7 @@ class SerialFirmware:
 
     def _drain(self) -> None:
         """Send the next samples read; which were lost before them is told when the host asks for them."""
-        taken = self._model.take(SAMPLES_PER_FRAME)
+        taken = self._model.take(self._frame)
         if taken is not None:
             self._send(Kind.INPUT, taken[0], self._packed(taken[1]))
         self._draining = taken is not None
@@ -175,9 +180,9 @@ class SerialFirmware:
         at, stop = start, min(stop, self._model.sent)
         for first, codes in self._model.again(start, stop):
             self._lost(at, first)
-            for offset in range(0, codes.size, SAMPLES_PER_REPEAT):
-                self._send(Kind.RESENT, first + offset, self._packed(codes[offset:offset + SAMPLES_PER_REPEAT]))
-            at = first + codes.size
+            for offset in range(0, len(codes), self._repeated):
+                self._send(Kind.RESENT, first + offset, self._packed(codes[offset:offset + self._repeated]))
+            at = first + len(codes)
         self._lost(at, stop)
 
     def _lost(self, start: int, stop: int) -> None:
@@ -202,5 +207,5 @@ def description(hardware: Hardware) -> Description:
     return Description(
         can.output_low_v, can.output_high_v, can.input_low_v, can.input_high_v, can.output_bits, can.input_bits,
         can.min_rate_hz, can.max_rate_hz, hardware.clock_hz, hardware.output_fifo, hardware.input_fifo,
-        hardware.history, hardware.watchdog_s,
+        hardware.history, hardware.watchdog_s, can.inputs, can.max_total_rate_hz or can.inputs * can.max_rate_hz,
     )

@@ -15,7 +15,7 @@ from typing import Self, final
 
 import numpy as np
 
-from drivers.emulators.bench import Bench
+from drivers.emulators.bench import WIRED, Bench
 from drivers.emulators.device_model import DeviceModel, Hardware
 from drivers.emulators.faults import NO_FAULTS, Fault, Faults, What
 from drivers.emulators.pty_port import Pace, PtyPort
@@ -32,7 +32,8 @@ TX_BUFFER = 4096
 HARDWARE = Hardware(
     Identity("serial DAQ, emulated", "EMU-1", "1"),
     Capabilities(output_low_v=-10.0, output_high_v=10.0, input_low_v=-20.0, input_high_v=20.0, min_rate_hz=1.0,
-                 max_rate_hz=50_000.0, output_bits=16, input_bits=24, buffer_samples=32768),
+                 max_rate_hz=50_000.0, output_bits=16, input_bits=24, buffer_samples=32768, inputs=len(WIRED),
+                 max_total_rate_hz=BAUD / 10 / 3 / 1.1),
     output_fifo=32768, input_fifo=32768, history=32768, clock_hz=48e6, watchdog_s=2.0,
 )
 

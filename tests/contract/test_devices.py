@@ -238,6 +238,28 @@ def test_a_long_run_comes_back_whole(amplifier: Device) -> None:
     assert np.abs(y[1:] - 3.0 * u[:-1]).max() <= 0.5001 * amplifier.capabilities().input_lsb_v
 
 
+def test_all_inputs_are_read_at_the_same_instants(amplifier: Device) -> None:
+    """Simulated devices have their second input at their own output, where the first reads three times as much."""
+    can = amplifier.capabilities()
+    if can.inputs < 2:
+        pytest.skip("this device has one input")
+    expected = 0
+    for block in amplifier.stream(pulses(), RATE_HZ, LIMITS, inputs=can.inputs):
+        assert block.start == expected
+        expected = block.stop
+        if block.y.size:
+            assert block.further.shape == (can.inputs - 1, block.y.size)
+            assert np.abs(block.y - 3.0 * block.further[0]).max() <= 2.001 * can.input_lsb_v
+    assert expected == pulses().size
+    assert record(amplifier, pulses()).max() > 1.0, "a run of one input follows one of several"
+
+
+def test_more_inputs_than_there_are_are_refused(device: Device) -> None:
+    for inputs in (0, device.capabilities().inputs + 1):
+        with pytest.raises(RefusedError, match="has not so many inputs"):
+            device.check(np.zeros(3), RATE_HZ, LIMITS, inputs=inputs)
+
+
 def test_the_end_of_the_input_range_is_flagged(amplifier: Device) -> None:
     can = amplifier.capabilities()
     flags, top = Flag.NONE, -np.inf

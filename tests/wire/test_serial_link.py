@@ -22,7 +22,8 @@ from rig.registry import connect
 
 WHO = "OK\nprotocol=2\nmodel=peer\nserial=7\nfirmware=1"
 CAN = ("OK\noutput_low_v=-10\noutput_high_v=10\ninput_low_v=-10\ninput_high_v=10\noutput_bits=12\ninput_bits=10\n"
-       "min_rate_hz=1\nmax_rate_hz=1000\nclock_hz=16e6\noutput_fifo=512\ninput_fifo=512\nhistory=512\nwatchdog_s=1")
+       "min_rate_hz=1\nmax_rate_hz=1000\nclock_hz=16e6\noutput_fifo=512\ninput_fifo=512\nhistory=512\nwatchdog_s=1\n"
+       "inputs=1\nmax_total_rate_hz=1000")
 Answer = Callable[[str], tuple[float, str | None]]
 Around = Callable[[str], tuple[bytes, bytes]]
 

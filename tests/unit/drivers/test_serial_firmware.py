@@ -42,7 +42,8 @@ def test_a_command_repeated_under_its_number_is_done_once(firmware: SerialFirmwa
 
 
 @pytest.mark.parametrize("command", [
-    "", "BOOM", "ARM", "ARM 10", "ARM x 4800 0 100", "ARM 10 0 0 100", "ARM 10 4800 0.0 100", "ARM 10 4800 32768 100",
+    "", "BOOM", "ARM", "ARM 10", "ARM x 4800 0 100 1", "ARM 10 0 0 100 1", "ARM 10 4800 0.0 100 1",
+    "ARM 10 4800 32768 100 1", "ARM 10 4800 0 100", "ARM 10 4800 0 100 0", "ARM 10 4800 0 100 5",
     "SAFE", "SAFE up 1", "SAFE -32768 0", "SAFE 0 -1", "SAFE 0 60001", "SAFE 0 0.5", "GO",
 ])
 def test_what_cannot_be_done_is_refused_and_changes_nothing(
@@ -73,7 +74,7 @@ def test_frames_that_make_no_sense_are_left_unanswered(firmware: SerialFirmware,
 
 
 def test_a_run_nobody_listens_to_any_more_is_not_reported_for_ever(firmware: SerialFirmware) -> None:
-    ask(firmware, "ARM 100 4800 0 100", 1)
+    ask(firmware, "ARM 100 4800 0 100 1", 1)
     ask(firmware, "GO", 2)
     now_s = 0.0
     while firmware.live and now_s < 10:

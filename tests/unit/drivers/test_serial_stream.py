@@ -42,12 +42,12 @@ def test_samples_are_handed_on_in_order_and_once() -> None:
     found = incoming(20, (0, 5), (10, 15))
     taken = found.take()
     assert taken is not None
-    assert (taken[0], taken[1].tolist(), taken[2]) == (0, [0, 1, 2, 3, 4], Flag.NONE)
+    assert (taken[0], taken[1][:, 0].tolist(), taken[2]) == (0, [0, 1, 2, 3, 4], Flag.NONE)
     assert found.take() is None
     found.add(3, codes(3, 12))
     taken = found.take()
     assert taken is not None
-    assert (taken[0], taken[1].tolist()) == (5, list(range(5, 15)))
+    assert (taken[0], taken[1][:, 0].tolist()) == (5, list(range(5, 15)))
 
 
 def test_what_arrives_twice_is_new_once() -> None:
@@ -202,7 +202,7 @@ def joined(total: int, losses: Callable[[], bool], rate_hz: float = 2000.0) -> t
                     out.heard(heard, now_s)
                     back.sent(heard.sent)
 
-    firmware.receive(encode(Frame(Kind.COMMAND, 1, f"ARM {total} {round(48e6 / rate_hz)} 0 100".encode())), 0.0)
+    firmware.receive(encode(Frame(Kind.COMMAND, 1, f"ARM {total} {round(48e6 / rate_hz)} 0 100 1".encode())), 0.0)
     while not out.filled:
         now_s += 0.005
         step()
@@ -212,7 +212,7 @@ def joined(total: int, losses: Callable[[], bool], rate_hz: float = 2000.0) -> t
         now_s += 0.005
         step()
         if (taken := back.take()) is not None:
-            y[taken[0]:taken[0] + taken[1].size] = taken[1]
+            y[taken[0]:taken[0] + taken[1].size] = taken[1][:, 0]
             flags, position = flags | taken[2], taken[0] + taken[1].size
     volts = model.bench.dac.volts(np.concatenate([[0], u[:-1]])) * 3.0
     return y, model.bench.adc.codes(volts), flags

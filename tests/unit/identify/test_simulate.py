@@ -7,10 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identify.chain import simulate
+from identify.chain import signals, simulate
 from identify.effects import chain_of
 from identify.model import Physics
 from identify.simulate import SUBSTEPS, Player
+from identify.stage import Place
 from identify.trace import Trace
 from tests.proof.rigs import OP_AMP, RC
 from tests.proof.stimuli import FIG13_LEVELS_V, staircase
@@ -81,3 +82,17 @@ def test_reading_comes_before_the_update_of_the_same_instant():
 def test_unknown_physics_is_refused():
     with pytest.raises(ValueError, match="no effect 'gremlins' in the catalogue"):
         Player(replace(QUIET, physics=(Physics("gremlins", {"count": 3.0}),)), 1e4)
+
+
+def test_probes_read_the_signal_before_and_behind_the_gap():
+    """What is behind F is what F makes of what is before it, and y is the same with probes and without."""
+    player = Player(QUIET, 1e4, probes=("G1", "F"))
+    y, v, w = np.concatenate([player.probed(part) for part in np.array_split(U, 3)], axis=1)
+    assert np.allclose(y, Player(QUIET, 1e4).play(U), rtol=0, atol=ROUNDING_V)
+    traced = Trace("probed", 1e4, U, U)
+    chain = chain_of(QUIET)
+    taps = signals(chain, traced, SUBSTEPS)
+    assert np.allclose(v, taps[chain.index(Place.G1) - 1], rtol=0, atol=ROUNDING_V)
+    assert np.allclose(w, taps[chain.index(Place.F) - 1], rtol=0, atol=ROUNDING_V)
+    assert np.ptp(v) > 0.1
+    assert np.abs(v - w).max() > 0.1

@@ -45,7 +45,8 @@ class ScriptedDevice(Device):
 
     def _capabilities(self) -> Capabilities:
         return Capabilities(output_low_v=-10.0, output_high_v=10.0, input_low_v=-10.0, input_high_v=10.0,
-                            min_rate_hz=1.0, max_rate_hz=1e5, output_bits=16, input_bits=16, max_samples=10_000)
+                            min_rate_hz=1.0, max_rate_hz=1e5, output_bits=16, input_bits=16, max_samples=10_000,
+                            inputs=3, max_total_rate_hz=1.5e5)
 
     def _achievable_rate(self, rate_hz: float) -> float:
         return 1e6 / round(1e6 / rate_hz)

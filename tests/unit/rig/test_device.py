@@ -109,6 +109,25 @@ def test_samples_out_of_order_are_refused(device: ScriptedDevice, wrong: Block) 
         list(device.stream(np.zeros(300), 1000.0, LIMITS))
 
 
+def test_inputs_that_together_are_too_fast_are_refused(device: ScriptedDevice) -> None:
+    device.check(np.zeros(3), 50_000.0, LIMITS, inputs=3)
+    with pytest.raises(RefusedError, match=r"2 x 100000 Hz; allowed: 150000 Hz over all inputs"):
+        device.check(np.zeros(3), 100_000.0, LIMITS, inputs=2)
+    device.check(np.zeros(3), 100_000.0, LIMITS)
+
+
+def test_readings_of_other_inputs_than_were_asked_for_are_refused(device: ScriptedDevice) -> None:
+    with pytest.raises(DeviceError, match="other inputs than were asked for: 1 inputs; allowed: 2"):
+        list(device.stream(np.zeros(300), 1000.0, LIMITS, inputs=2))
+    device.read = lambda position: Block(position, np.zeros(100), further=np.ones((1, 100)))
+    assert all((block.further == 1).all() for block in device.stream(np.zeros(300), 1000.0, LIMITS, inputs=2))
+
+
+def test_readings_of_different_instants_are_no_block() -> None:
+    with pytest.raises(ValueError, match="beside"):
+        Block(0, np.zeros(100), further=np.zeros((1, 99)))
+
+
 def test_the_identity_is_asked_once_a_connection(device: ScriptedDevice) -> None:
     assert device.identity() == device.identity() == Identity("scripted", "0", "1")
     device.capabilities()

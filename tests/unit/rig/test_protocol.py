@@ -76,7 +76,7 @@ def test_a_wrong_value_in_a_step_is_named_with_its_line(wrong: str, right: str, 
     (HEAD.replace("level: 10 V", "low: -1 V"), "p.yaml:4: limits: limits are given in one of two ways"),
     (HEAD.replace("level: 10 V", "level: 1 V, low: -1 V, high: 1 V"), "limits are given in one of two ways"),
     (HEAD.replace("level: 10 V", "low: 2 V, high: 1 V"), "p.yaml:4: limits: the limits are exchanged"),
-    (HEAD.replace("rate:", "rates:"), "p.yaml:5: acquisition.rates: unknown key 'rates'; allowed: rate; did you mean"),
+    (HEAD.replace("rate:", "rates:"), "p.yaml:5: acquisition.rates: unknown key 'rates'; allowed: inputs, rate; did"),
     (HEAD + "limit: 3\n", "p.yaml:6: limit: unknown key 'limit'"),
     (HEAD + "rig: none.yaml\n", "p.yaml:6: rig: no such rig file: none.yaml"),
     (HEAD.replace("a test", "''"), "p.yaml:2: title:"),
@@ -97,6 +97,25 @@ def test_a_wrong_head_is_named_with_its_line(head: str, message: str) -> None:
 ])
 def test_wrong_steps_are_refused(steps: str, message: str) -> None:
     assert message in refused(steps)
+
+
+@pytest.mark.parametrize(("inputs", "message"), [
+    ("[]", "the inputs are y and further ones, each named once: none; allowed: for example [y, u_measured, v]"),
+    ("[v, y]", "the inputs are y and further ones"), ("[y, v, v]", "each named once: y, v, v"),
+    ("[y, u]", "u is what is put out, not an input; call an input that reads it back 'u_measured'"),
+    ("[y, 'v w']", "not a name for an input: 'v w'"), ("[y, ../v]", "not a name for an input: '../v'"),
+    ("4", "must be a valid list: 4"),
+])
+def test_inputs_that_cannot_be_are_refused_at_their_line(inputs: str, message: str) -> None:
+    told = refused(head=HEAD.replace("10 kHz", f"10 kHz, inputs: {inputs}"))
+    assert told.startswith("p.yaml:5: acquisition.inputs")
+    assert message in told
+
+
+def test_inputs_are_named_in_the_order_of_their_wires() -> None:
+    assert protocol().inputs == ("y",)
+    several = protocol(head=HEAD.replace("10 kHz", "10 kHz, inputs: [y, w, u_measured]"))
+    assert several.inputs == ("y", "w", "u_measured")
 
 
 def test_an_empty_file_says_how_a_protocol_starts() -> None:

@@ -40,9 +40,11 @@ def a_recording(size: int = 40) -> Recording:
 
 
 def same(one: Recording, other: Recording) -> bool:
-    return all(np.array_equal(getattr(one, name), getattr(other, name), equal_nan=name == "y")
-               if isinstance(getattr(one, name), np.ndarray) else getattr(one, name) == getattr(other, name)
-               for name in Recording.__dataclass_fields__)
+    signals, others = one.inputs(), other.inputs()
+    return (np.array_equal(one.u, other.u) and np.array_equal(one.ledger, other.ledger) and list(signals) == list(others)
+            and all(np.array_equal(signals[name], others[name], equal_nan=True) for name in signals)
+            and all(getattr(one, name) == getattr(other, name) for name in Recording.__dataclass_fields__
+                    if name not in ("u", "y", "u_measured", "further", "ledger")))
 
 
 def test_what_is_written_is_read_back(tmp_path: Path) -> None:
@@ -84,6 +86,50 @@ def test_a_run_is_recorded_block_by_block(tmp_path: Path) -> None:
     assert found.origin.started < found.origin.finished
     assert found.origin.software["numpy"] == np.__version__
     assert found.trace().valid is None
+
+
+def test_all_inputs_of_a_run_are_kept_by_name(tmp_path: Path) -> None:
+    plan = replace(a_plan(), inputs=("y", "v", "u_measured"))
+    read_back = np.stack([plan.u * 3, plan.u + 0.5])
+    with Writer(tmp_path / "r.h5", plan, EQUIPMENT) as writer:
+        writer.append(0, plan.u[:10], read_back[:, :10])
+        with pytest.raises(ValueError, match="1 inputs where 3 are recorded"):
+            writer.append(10, plan.u[10:20])
+        assert read_unfinished(tmp_path / "r.h5", "inputs/v")[:10].tolist() == read_back[0, :10].tolist()
+        writer.append(20, plan.u[20:], read_back[:, 20:])
+        made = writer.finish(False, "10 lost", [Event("lost", "10 samples", 10, 20)])
+    found = read(tmp_path / "r.h5")
+    assert same(found, made)
+    assert list(found.inputs()) == ["y", "u_measured", "v"]
+    assert found.u_measured is not None
+    for kept, true in ((found.further["v"], read_back[0]), (found.u_measured, read_back[1])):
+        assert np.array_equal(np.isnan(kept[:]), found.ledger != Entry.RECORDED)
+        assert np.array_equal(kept[20:], true[20:])
+    with h5py.File(tmp_path / "r.h5") as file:
+        assert file["inputs/v"].attrs["unit"] == "V"
+        assert "sha256" in file["inputs/v"].attrs
+
+
+def test_damage_to_a_further_input_is_found(tmp_path: Path) -> None:
+    path = tmp_path / "r.h5"
+    write(path, replace(a_recording(), further={"w": np.arange(40.0)}))
+    copied = tmp_path / "copied.h5"
+    with h5py.File(path) as whole, h5py.File(copied, "w") as copy:
+        copy.attrs.update(whole.attrs)
+        for name in whole:
+            whole.copy(name, copy)
+    assert read(copied).further["w"][3] == 3.0
+    with h5py.File(copied, "r+") as file:
+        file["inputs/w"][3] = 3.5
+    with pytest.raises(FileError, match="the dataset 'inputs/w' does not match its checksum"):
+        read(copied)
+
+
+def read_unfinished(path: Path, name: str) -> np.ndarray:
+    """Return what another process finds of a dataset in a file that is being written."""
+    program = "import sys, h5py; print(*h5py.File(sys.argv[1], locking=False)[sys.argv[2]][:])"
+    told = subprocess.run([sys.executable, "-c", program, str(path), name], capture_output=True, text=True, check=True)
+    return np.array(told.stdout.split(), dtype=np.float64)
 
 
 def test_every_sample_of_an_incomplete_run_is_accounted_for(tmp_path: Path) -> None:

@@ -25,7 +25,7 @@ class Kept:
         self.y = np.full(SIZE, np.nan)
         self._fails_at, self._failure = fails_at, failure
 
-    def append(self, start: int, y: Array) -> None:
+    def append(self, start: int, y: Array, further: Array) -> None:
         if self._failure is not None and start == self._fails_at:
             raise self._failure
         self.y[start:start + y.size] = y
