@@ -9,7 +9,7 @@ import itertools
 import os
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import final
 
 from drivers.visa_wire import wire
@@ -20,7 +20,8 @@ BYTES_PER_S = 1e6
 """What a link carries at least; long messages have so much more time."""
 FIRST_NUMBER, NUMBERS = 100, 156
 """Of the fence: the numbers 100 to 255 fit the event status enable register (IEEE 488.2, 11.5.1.3)."""
-ERRORS_AT_ONCE = 20
+ERRORS_AT_ONCE, QUOTED = 20, 120
+"""How many errors are asked for, and how much of what was said or asked stands in a message to the operator."""
 IDENTITY_COMMAS = 3
 """Of a reply to ``*IDN?``: maker, model, serial number, firmware (IEEE 488.2, 10.14.3)."""
 
@@ -37,6 +38,7 @@ class ScpiLink:
         self._who: str | None = None
         self._answers = ""
         self._dirty, self._lost = True, False
+        self._broken_s: float | None = None
 
     def introduce(self) -> str:
         """Return the reply to ``*IDN?`` of a link that is clean; raise DeviceError when none comes."""
@@ -77,6 +79,16 @@ class ScpiLink:
             self._send(f"{command} #8{len(payload):08d}".encode("ascii") + payload, patience_s)
             self._refuse_errors(command, patience_s)
 
+    def shout(self, *commands: str) -> None:
+        """Send ``commands`` whatever state the link is in, and wait for nothing: the last resort of safety.
+
+        A device that answers no more, or answers nonsense, may still hear.
+        """
+        self._dirty = True
+        with suppress(DeviceError):
+            for command in commands:
+                self._send(command.encode("ascii"), REPLY_S)
+
     def close(self) -> None:
         """Release the resource."""
         self._wire.close()
@@ -93,25 +105,33 @@ class ScpiLink:
         self._dirty = False
 
     def _clean(self) -> None:
-        """Make sure that the next reply is that to the next query, of the same device; raise DeviceError."""
-        deadline = time.monotonic() + CLEAN_S
-        while True:
-            try:
-                if self._lost:
-                    self._wire.reopen()
-                self._lost = False
-                if self._fenced():
-                    break
-            except DeviceError as error:
-                self._lost, failure = True, error
-                if time.monotonic() > deadline:
-                    raise failure from None
-                time.sleep(RETRY_S)
+        """Make sure that the next reply is that to the next query, of the same device; raise DeviceError.
+
+        A link is mended for ``CLEAN_S`` from the first attempt on; later ones are made once.
+        """
+        self._broken_s = time.monotonic() if self._broken_s is None else self._broken_s
+        while (failure := self._mended()) is not None:
+            if time.monotonic() > self._broken_s + CLEAN_S:
+                raise failure
+            time.sleep(RETRY_S)
+        self._broken_s = None
         self._refuse_stranger()
         self._dirty = False
 
-    def _fenced(self) -> bool:
-        """Return whether the device said the number of a new fence and then who it is; raise DeviceError."""
+    def _mended(self) -> DeviceError | None:
+        """Fence the link, opened anew where it was lost; return what kept it from being clean, None when it is."""
+        try:
+            if self._lost:
+                self._wire.reopen()
+            self._lost = False
+            self._fence()
+        except DeviceError as error:
+            self._lost = True
+            return error
+        return None
+
+    def _fence(self) -> None:
+        """Have the device say the number of a new fence and then who it is; raise DeviceError."""
         self._wire.forget()
         number = FIRST_NUMBER + next(self._numbers) % NUMBERS
         self._send(f"*CLS;*ESE {number};*ESE?".encode("ascii"), FENCE_S)
@@ -121,7 +141,9 @@ class ScpiLink:
                 raise DeviceError("the device gives no clean answer", where=self.name, do="switch it off and on")
         self._send(b"*IDN?", FENCE_S)
         self._answers = self._line(FENCE_S)
-        return self._answers.count(",") >= IDENTITY_COMMAS
+        if self._answers.count(",") < IDENTITY_COMMAS:
+            raise DeviceError("the device tells no identity", where=self.name, value=repr(self._answers[:QUOTED]),
+                              allowed="maker, model, serial number, firmware", do="check that the address is right")
 
     def _refuse_stranger(self) -> None:
         """Raise DeviceError when it is not the device that answered first."""
@@ -158,7 +180,8 @@ class ScpiLink:
                 break
             errors.append(error)
         if errors:
-            raise DeviceError("the device refused", where=self.name, value=f"{what}: {'; '.join(errors)}")
+            told = "; ".join(dict.fromkeys(errors))
+            raise DeviceError("the device refused", where=self.name, value=f"{what[:QUOTED]}: {told[:QUOTED]}")
 
     def _nonsense(self, query: str, value: str, allowed: str) -> DeviceError:
         return DeviceError(f"a wrong answer to {query!r}", where=self.name, value=value, allowed=allowed,

@@ -33,7 +33,7 @@ class SerialLink:
         self.port, self.bytes_per_s, self._baud = port, baud / 10, baud
         self._port = self._opened()
         self._gone_s: float | None = None
-        self._greeting = TRIES
+        self._greeting, self._woken = TRIES, False
         self._reader = FrameReader()
         self._inbox: deque[Frame] = deque()
         self._numbers = itertools.count(int.from_bytes(os.urandom(3), "little"))
@@ -103,7 +103,7 @@ class SerialLink:
                                       value=f"not back after {BACK_S:g} s: {error.value}") from error
                 time.sleep(AGAIN_S)
             else:
-                self._gone_s = None
+                self._gone_s, self._woken = None, True
                 return
 
     def _ask(self, command: str, tries: int) -> str:
@@ -143,10 +143,10 @@ class SerialLink:
                 quiet_s = time.monotonic()
         self._reader.clear()
         self._inbox.clear()
-        who = self._ask("ID?", self._greeting)
+        who = self._ask("ID?", self._greeting if self._woken else TRIES)
         if self._who is not None and who != self._who:
             raise DeviceError("another device answers", where=self.port, value=repr(who), allowed=repr(self._who))
-        self._dirty = False
+        self._dirty = self._woken = False
 
     def _read(self) -> list[Frame]:
         """Return the frames that arrived now, and put them into the inbox."""

@@ -115,8 +115,7 @@ class SocketWire(VisaWire):
         while not line.endswith(b"\n"):
             line += self._some(PIECE, deadline, f"{bytes(line[:40])!r}", timeout_s)
             if len(line) > LINE_MOST:
-                raise DeviceError("a line without an end", where=self.name, value=f"{len(line)} bytes",
-                                  allowed=f"at most {LINE_MOST}")
+                raise _endless(self.name, len(line))
         return bytes(line).rstrip(b"\r\n")
 
     def exactly(self, count: int, timeout_s: float) -> bytes:
@@ -183,7 +182,10 @@ class UsbtmcWire(VisaWire):
     def line(self, timeout_s: float) -> bytes:
         """Return what the device answers in one message."""
         data, self._kept = self._kept, b""
-        return (data or self._message(timeout_s)).rstrip(b"\r\n")
+        line = data or self._message(timeout_s)
+        if len(line) > LINE_MOST:
+            raise _endless(self.name, len(line))
+        return line.rstrip(b"\r\n")
 
     def exactly(self, count: int, timeout_s: float) -> bytes:
         """Return the next ``count`` bytes; a device may spread them over messages."""
@@ -201,7 +203,7 @@ class UsbtmcWire(VisaWire):
     def end_of_message(self, timeout_s: float) -> bool:
         """Return whether nothing but an end of line is left; what is not known for certain is no end."""
         rest, self._kept = self._kept, b""
-        return not self._more and not rest.strip(b"\r\n")
+        return not self._more and rest in (b"", b"\n", b"\r\n")
 
     def waiting(self) -> bool:
         """Return whether part of an answer was left over; to ask a device for more than it has is an error."""
@@ -218,6 +220,11 @@ class UsbtmcWire(VisaWire):
             raise self._silent("nothing", timeout_s)
         self._more = len(data) >= MESSAGE
         return data
+
+
+def _endless(name: str, count: int) -> DeviceError:
+    """Return the error for a line that does not end."""
+    return DeviceError("a line without an end", where=name, value=f"{count} bytes", allowed=f"at most {LINE_MOST}")
 
 
 def wire(resource_name: str) -> VisaWire:

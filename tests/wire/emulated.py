@@ -1,5 +1,6 @@
 """How does a test get an emulated device in a process of its own, and look behind it?"""
 
+import importlib
 import multiprocessing
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,9 +11,14 @@ from typing import Any
 import numpy as np
 
 from drivers.emulators.faults import NO_FAULTS, Faults
-from drivers.emulators.serial_pty import HARDWARE, SerialPty
 from rig.rigfile import parse_rig
 
+MADE_BY = {
+    "serial": ("drivers.emulators.serial_pty:SerialPty", "drivers.emulators.serial_pty:HARDWARE"),
+    "redpitaya": ("drivers.emulators.scpi_serve:redpitaya", "drivers.emulators.redpitaya_firmware:HARDWARE"),
+    "u2300a": ("drivers.emulators.scpi_serve:u2300a", "drivers.emulators.u2300a_firmware:HARDWARE"),
+}
+"""What makes an emulated device of each kind, and the hardware it has."""
 CONTEXT = multiprocessing.get_context("forkserver")
 CONTEXT.set_forkserver_preload(["tests.wire.emulated", "tests.wire.warm"])
 
@@ -34,6 +40,7 @@ class Insight:
 class Emulated:
     """An emulated device running elsewhere."""
 
+    kind: str
     path: str
     pipe: Connection
     process: Any
@@ -41,7 +48,7 @@ class Emulated:
     @property
     def address(self) -> str:
         """Return its device address."""
-        return f"serial:{self.path}"
+        return f"{self.kind}:{self.path}"
 
     def look(self) -> Insight:
         """Return what the device does now."""
@@ -51,15 +58,17 @@ class Emulated:
 
 
 @contextmanager
-def emulated(rig: str, *, speed: float = 1.0, faults: Faults = NO_FAULTS, **hardware: Any) -> Iterator[Emulated]:
-    """Run an emulated serial DAQ in front of ``rig``; ``hardware`` replaces fields of its Hardware."""
+def emulated(
+    rig: str, *, kind: str = "serial", speed: float = 1.0, faults: Faults = NO_FAULTS, **hardware: Any,
+) -> Iterator[Emulated]:
+    """Run an emulated device in front of ``rig``; ``hardware`` replaces fields of its Hardware."""
     here, there = CONTEXT.Pipe()
-    process = CONTEXT.Process(target=_live, args=(there, rig, speed, faults, hardware), daemon=True)
+    process = CONTEXT.Process(target=_live, args=(there, kind, rig, speed, faults, hardware), daemon=True)
     process.start()
     there.close()
     try:
         assert here.poll(20), "the emulator does not start"
-        yield Emulated(here.recv(), here, process)
+        yield Emulated(kind, here.recv(), here, process)
     finally:
         here.close()
         process.join(5)
@@ -67,16 +76,23 @@ def emulated(rig: str, *, speed: float = 1.0, faults: Faults = NO_FAULTS, **hard
             process.kill()
 
 
-def _live(pipe: Connection, rig: str, speed: float, faults: Faults, hardware: dict[str, Any]) -> None:
-    soldered = replace(HARDWARE, **{"watchdog_s": HARDWARE.watchdog_s * speed, **hardware})
-    with SerialPty(parse_rig(rig, "test"), speed=speed, hardware=soldered, faults=faults) as device:
+def _live(pipe: Connection, kind: str, rig: str, speed: float, faults: Faults, hardware: dict[str, Any]) -> None:
+    make, usual = map(_found, MADE_BY[kind])
+    soldered = replace(usual, **{"watchdog_s": usual.watchdog_s * speed, **hardware})
+    with make(parse_rig(rig, "test"), speed=speed, hardware=soldered, faults=faults) as device:
         device.model.bench.reset(1000.0, 0)
         device.model.bench.play(np.zeros(4, dtype=np.int32))
         pipe.send(device.path)
         device.run(lambda: _over(pipe, device))
 
 
-def _over(pipe: Connection, device: SerialPty) -> bool:
+def _found(name: str) -> Any:
+    """Return what ``module:name`` names."""
+    module, _, inside = name.partition(":")
+    return getattr(importlib.import_module(module), inside)
+
+
+def _over(pipe: Connection, device: Any) -> bool:
     """Answer the test; return whether it hung up."""
     if not pipe.poll():
         return False

@@ -233,3 +233,55 @@ def test_nobody_there_is_told_within_the_deadline() -> None:
 def test_other_resources_are_refused(name: str) -> None:
     with pytest.raises(UsageError, match="TCPIP::HOST::PORT::SOCKET"):
         ScpiLink(name)
+
+
+def test_a_device_without_an_identity_is_given_up_in_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drivers.scpi_link.CLEAN_S", 0.3)
+    begun = time.monotonic()
+    with pytest.raises(DeviceError, match="tells no identity: 'hello'"), linked(lambda query: None, who="hello"):
+        pass
+    assert time.monotonic() - begun < 2.0
+
+
+def test_a_link_that_stays_broken_is_mended_for_a_while_once_and_then_tried_once_each_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("drivers.scpi_link.CLEAN_S", 0.5)
+    monkeypatch.setattr("drivers.scpi_link.FENCE_S", 0.1)
+    with linked(lambda query: None) as (peer, link):
+        peer.reply = lambda command: None  # type: ignore[method-assign]
+        with pytest.raises(DeviceError, match="no answer"):
+            link.ask("A?", timeout_s=0.05)
+        fences = []
+        for _ in range(3):
+            before = sum("*ESE?" in line for line in peer.heard)
+            with pytest.raises(DeviceError, match="no answer"):
+                link.ask("B?")
+            fences.append(sum("*ESE?" in line for line in peer.heard) - before)
+    assert fences[0] > 1
+    assert fences[1:] == [1, 1]
+
+
+def test_what_is_shouted_is_heard_by_a_device_that_answers_no_more() -> None:
+    with linked(lambda query: said("fine")) as (peer, link):
+        answer = peer.reply
+        peer.reply = lambda command: None  # type: ignore[method-assign]
+        with pytest.raises(DeviceError, match="no answer"):
+            link.ask("A?", timeout_s=0.05)
+        link.shout("SOUR:VOLT 0", "OUTP OFF")
+        time.sleep(0.1)
+        assert peer.heard[-2:] == ["SOUR:VOLT 0", "OUTP OFF"]
+        peer.reply = answer  # type: ignore[method-assign]
+        assert link.ask("B?") == "fine"
+        assert "*ESE?" in peer.heard[-3], "the link was fenced before it was believed again"
+
+
+def test_a_queue_full_of_errors_is_told_in_few_words() -> None:
+    def answer(query: str) -> Reply | None:
+        return None
+
+    with linked(answer) as (peer, link):
+        peer.errors = ['-350,"Queue overflow"'] * 50
+        with pytest.raises(DeviceError, match="Queue overflow") as failure:
+            link.tell(*["SOUR:VOLT 1"] * 100)
+    assert len(str(failure.value)) < 500

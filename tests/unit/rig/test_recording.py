@@ -41,7 +41,8 @@ def a_recording(size: int = 40) -> Recording:
 
 def same(one: Recording, other: Recording) -> bool:
     signals, others = one.inputs(), other.inputs()
-    return (np.array_equal(one.u, other.u) and np.array_equal(one.ledger, other.ledger) and list(signals) == list(others)
+    return (np.array_equal(one.u, other.u) and np.array_equal(one.ledger, other.ledger)
+            and list(signals) == list(others)
             and all(np.array_equal(signals[name], others[name], equal_nan=True) for name in signals)
             and all(getattr(one, name) == getattr(other, name) for name in Recording.__dataclass_fields__
                     if name not in ("u", "y", "u_measured", "further", "ledger")))
