@@ -112,6 +112,9 @@ class LoopbackDevice(Device):
         self._now_s += ramp_s
         self._model.advance(self._now_s)
 
+    def _played(self) -> int:
+        return self._model.played
+
     def _level_v(self) -> float | None:
         return self._model.level_v(self._now_s)
 

@@ -29,7 +29,7 @@ from drivers.serial_messages import (
 )
 from drivers.serial_stream import LINK_LOSS, OVERRUN, Incoming, Outgoing
 from rig.device import Array, Block, Capabilities, Device, Flag, Identity
-from rig.errors import DeviceError, UsageError
+from rig.errors import DeviceError, StarvedError, UsageError
 
 BAUD = 3_000_000
 GREETING_S = 3.0
@@ -61,6 +61,7 @@ class SerialDaq(Device):
         super().__init__()
         self._link = SerialLink(port, baud)
         self._run: _Run | None = None
+        self._put_out: int | None = None
         try:
             self._who = named(self._link.introduce(GREETING_S))
             self._can = self._described()
@@ -175,6 +176,7 @@ class SerialDaq(Device):
             run.outgoing.heard(status, time.monotonic())
             run.incoming.sent(status.sent)
             run.status = status
+            self._put_out = status.played
 
     def _block(self, run: _Run) -> Block | None:
         """Return the samples next in order, in V, None when none is there."""
@@ -193,7 +195,7 @@ class SerialDaq(Device):
         """Raise DeviceError when the device ended the run by itself and all it sent is received."""
         given_up = next((flag for flag in _TOLD if run.status.condition & flag), None)
         if given_up is not None and run.status.sent >= run.status.played and run.incoming.settled:
-            raise DeviceError(_TOLD[given_up], where=str(self.identity()), value=f"at sample {run.status.played}",
+            raise StarvedError(_TOLD[given_up], where=str(self.identity()), value=f"at sample {run.status.played}",
                               do="lower the sample rate, or leave the computer less to do")
 
     def _halt(self) -> None:
@@ -219,6 +221,9 @@ class SerialDaq(Device):
     def _volts(self, code: int) -> float:
         """Return the output level of ``code`` in V."""
         return float(dac(self.capabilities()).volts(np.array([code]))[0])
+
+    def _played(self) -> int | None:
+        return self._put_out
 
     def _output(self) -> tuple[str, float | None]:
         """Return the device's state and the level read back in V, None when nothing was output."""

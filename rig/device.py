@@ -22,6 +22,7 @@ from rig.ownership import Claim
 from rig.plausible import impossible
 
 if TYPE_CHECKING:
+    from rig.guardian import Guardian
     from rig.plan import Limits
 
 __all__ = ["Array", "Block", "Capabilities", "Device", "Flag", "Identity"]
@@ -52,6 +53,7 @@ class Device(ABC):
         self._closed = False
         self.address = ""
         self.claim: Claim | None = None
+        self.guardian: Guardian | None = None
         self.held = ExitStack()
         self._inputs = 1
 
@@ -164,6 +166,11 @@ class Device(ABC):
         return self._level_v()
 
     @final
+    def played(self) -> int | None:
+        """Return how many samples of the last run were put out at least; None when the device does not tell."""
+        return self._played()
+
+    @final
     def close(self) -> None:
         """Release the link; closing twice is harmless. Does not touch the output."""
         if not self._closed:
@@ -259,6 +266,10 @@ class Device(ABC):
 
     def _accept(self, u: Array, rate_hz: float) -> None:  # noqa: B027 - most have no reason of their own
         """Raise RefusedError for checked and quantised samples that a device has its own reason not to play."""
+
+    def _played(self) -> int | None:
+        """Return how many samples of the last run are known to have been put out; drivers that know override this."""
+        return None
 
     @abstractmethod
     def _identity(self) -> Identity:

@@ -45,6 +45,10 @@ class DeviceError(RigError):
     exit_code = 3
 
 
+class StarvedError(DeviceError):
+    """The device had nothing left to put out, or heard nothing, and stopped by itself at its safe level."""
+
+
 class IncompleteError(RigError):
     """The run ended early; what was recorded is kept. Exit code 4."""
 

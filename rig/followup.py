@@ -132,14 +132,14 @@ def _written(asked: Asked, runs: Runs, told: "Explanation", progress: Progress) 
 
 def _recorded(written: Sequence[Written], address: str, progress: Progress) -> tuple[Path, ...]:
     """Play every protocol that was written; raise the failure of a run that did not end well."""
-    paths = []
+    paths: list[Path] = []
     for path in (w.path for w in written if w.path is not None):
         out = path.with_suffix(".h5")
         progress(f"recording {out.name}", 0.5)
         done = session.record(path, address, out, lambda done, total: None)
         if done.outcome.failure is not None:
             raise done.outcome.failure
-        paths.append(out)
+        paths.extend(done.paths)
     return tuple(paths)
 
 

@@ -61,6 +61,11 @@ class Guardian:
             raise DeviceError("no guardian can be started", where=address, value=str(error.strerror),
                               do="free memory or processes; nothing was output") from error
 
+    @property
+    def alive(self) -> bool:
+        """Return whether there still is such a process."""
+        return self._process.poll() is None
+
     def arm(self, level_v: float, ramp_s: float) -> None:
         """Have the output brought to ``level_v`` when this program dies; raise DeviceError unless that is promised."""
         if not self._ready:
@@ -119,15 +124,17 @@ class Guardian:
 
 
 def post(device: Device) -> Guardian | None:
-    """Return a guardian of ``device``, which goes when the device is closed; None where nothing outlives this program.
+    """Return the guardian of ``device``, posted now or before; None where nothing outlives this program.
 
+    It goes when the device is closed. As it takes a moment to start, it is best posted before there is need of it.
     Raises DeviceError when none can be started.
     """
     if device.claim is None:
         return None
-    guardian = Guardian(device.address, str(device.identity()), device.claim)
-    device.held.callback(guardian.leave)
-    return guardian
+    if device.guardian is None or not device.guardian.alive:
+        device.guardian = Guardian(device.address, str(device.identity()), device.claim)
+        device.held.callback(device.guardian.leave)
+    return device.guardian
 
 
 def watch(lines: Iterable[bytes], answer: int) -> Order | None:

@@ -86,10 +86,13 @@ def designed(done: "Designed") -> Iterator[str]:
 
 def recorded(done: "Recorded") -> Iterator[str]:
     """Tell how a run ended and where it is."""
-    total = done.recording.u.size
-    kept = f"{done.outcome.samples} of {total} samples kept"
-    yield f"{done.path}: {f'all {total} samples recorded' if done.outcome.complete else kept}"
-    yield from (f"  {event.kind}: {event.text}" for event in done.outcome.events if event.kind != "safe")
+    for segment in done.segments:
+        total, outcome = segment.recording.u.size, segment.outcome
+        kept = f"{outcome.samples} of {total} samples kept"
+        yield f"{segment.path}: {f'all {total} samples recorded' if outcome.complete else kept}"
+        yield from (f"  {event.kind}: {event.text}" for event in outcome.events if event.kind != "safe")
+    if len(done.segments) > 1:
+        yield f"  retried: give all of {' '.join(map(str, done.paths))} to `rig identify` and `rig explain`"
 
 
 def imported(recording: "Recording", path: str) -> Iterator[str]:

@@ -19,6 +19,7 @@ from rig.errors import MisfitError, RefusedError
 from rig.limits import Limits
 from rig.linearblock import settling_time_s
 from rig.protocol import Protocol, ProtocolStep
+from rig.recorded import Initial
 from rig.stimuli import Array, is_whole
 from rig.stimulus import MAX_SAMPLES, Drawn, Setting
 from rig.yamlfile import parse_yaml
@@ -35,7 +36,8 @@ class Plan:
     """The samples u (N,), V, a device is to play, u[k] from k / rate_hz on, and what to know while it does.
 
     ``inputs`` are the signals to record, by what is wired to the device's inputs 1, 2, ...; the first is y. ``notes``
-    say where the samples are not quite what was asked for. Paths and texts are those of the files read.
+    say where the samples are not quite what was asked for. Paths and texts are those of the files read. With
+    ``retries`` a run ends where samples are lost, and goes on in a segment of its own (``rig/retry.py``) so many times.
     """
 
     title: str
@@ -52,6 +54,8 @@ class Plan:
     device: str | None = None
     inputs: tuple[str, ...] = ("y",)
     notes: tuple[str, ...] = field(default=())
+    initial: Initial = "rest"
+    retries: int = 0
 
     def __post_init__(self) -> None:
         """Freeze the samples: what was checked is what is played."""
@@ -100,8 +104,7 @@ def plan(protocol: Protocol, rate_hz: float | None = None) -> Plan:
         steps=_planned(protocol, drawn, order), limits=protocol.limits, safe_level_v=protocol.safe_level_v,
         ramp_s=protocol.ramp_s, protocol_text=protocol.text, question=protocol.question, rig_path=protocol.rig_path,
         rig_text=protocol.rig.text if protocol.rig else "", device=protocol.device,
-        inputs=protocol.inputs,
-        notes=_notes(protocol, drawn, rate),
+        inputs=protocol.inputs, notes=_notes(protocol, drawn, rate), retries=protocol.retries,
     )
 
 

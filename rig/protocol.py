@@ -18,6 +18,7 @@ from rig.yamlfile import Document, parse_yaml, read_text
 
 STEP_KEYS = ("label", "repeats")
 SIGNAL = re.compile(r"[A-Za-z]\w{0,39}", re.ASCII)
+RETRY = re.compile(r"retry ([1-9][0-9]?)")
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,7 @@ class Protocol:
     """A protocol as its file describes it. ``rig`` is the file it names, ``device`` an address; both may be absent.
 
     ``inputs`` names what is wired to inputs 1, 2, ... of the device; the first is y.
+    ``retries``: how often a step that lost samples, and what follows it, is played again in a segment of its own.
     """
 
     title: str
@@ -51,6 +53,7 @@ class Protocol:
     rig: RigFile | None = None
     device: str | None = None
     inputs: tuple[str, ...] = ("y",)
+    retries: int = 0
 
 
 class AcquisitionForm(Form):
@@ -91,6 +94,7 @@ class ProtocolForm(Form):
     repeats: Count = 1
     safe_level: Volts = 0.0
     ramp: Seconds = 0.1
+    on_overrun: str = "report"
 
 
 class StepForm(Form):
@@ -118,6 +122,7 @@ def parse_protocol(text: str, where: str) -> Protocol:
         rate_hz=form.acquisition.rate, steps=_steps(document, form.steps), repeats=form.repeats,
         safe_level_v=form.safe_level, ramp_s=form.ramp, rig_path=None if rig_path is None else str(rig_path),
         rig=rig, device=form.device, inputs=tuple(form.acquisition.inputs),
+        retries=_retries(document, form.on_overrun),
     )
 
 
@@ -127,6 +132,15 @@ def _limits(document: Document, form: ProtocolForm, rig: RigFile | None) -> Limi
         return form.limits.limits().within(rig.limits if rig else None, f"the rig file {form.rig}")
     except MisfitError as error:
         raise error.placed(document.at("limits")) from error
+
+
+def _retries(document: Document, asked: str) -> int:
+    """Return how often what was lost is played again."""
+    found = RETRY.fullmatch(asked)
+    if asked != "report" and found is None:
+        raise document.error("not what can be done about lost samples", "on_overrun", value=repr(asked),
+                             allowed="report, or retry N with N from 1 to 99")
+    return int(found[1]) if found else 0
 
 
 def _find_rig(document: Document, name: str) -> Path:

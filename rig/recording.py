@@ -187,7 +187,7 @@ def _begun(path: Path, plan: Plan, equipment: Equipment, u: Array) -> Recording:
         ledger=np.full(u.size, Entry.NOT_RECEIVED, dtype=np.uint8), origin=origin, title=plan.title,
         question=plan.question, protocol_text=plan.protocol_text, rig_text=plan.rig_text, complete=False,
         reason="the program ended before the run did",
-        steps=plan.steps,
+        steps=plan.steps, initial=plan.initial,
     )
 
 

@@ -16,7 +16,7 @@ from types import FrameType
 from typing import Protocol
 
 from rig.device import Array, Block, Device, Flag
-from rig.errors import DeviceError, IncompleteError, RigError
+from rig.errors import DeviceError, IncompleteError, RigError, StarvedError
 from rig.guardian import Guardian, post
 from rig.plan import Plan
 from rig.recorded import Event
@@ -39,13 +39,17 @@ class Sink(Protocol):
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a run ended. ``samples`` counts those received and stored; ``failure`` is None for a complete run."""
+    """How a run ended. ``samples`` counts those received and stored; ``failure`` is None for a complete run.
+
+    ``lost_at`` is the first sample that was lost where nothing graver happened.
+    """
 
     complete: bool
     reason: str
     samples: int
     events: tuple[Event, ...]
     failure: RigError | None = None
+    lost_at: int | None = None
 
 
 @dataclass
@@ -53,6 +57,7 @@ class _Progress:
     """What was received so far and what happened; grows during a run."""
 
     size: int
+    lost: list[tuple[int, int]] = field(default_factory=list)
     position: int = 0
     received: int = 0
     told: Flag = Flag.NONE
@@ -69,6 +74,7 @@ class _Progress:
         if block.start > last:
             cause = "overrun in the device" if block.flags & Flag.OVERRUN else "lost on the link"
             self.note("lost", f"{block.start - last} samples from {last} on: {cause}", last)
+            self.lost.append((last, block.start))
         for flag in _TOLD_ONCE.keys() & set(block.flags & ~self.told):
             self.told |= flag
             self.note(*_TOLD_ONCE[flag])
@@ -82,23 +88,21 @@ class _StopRequest:
     name: str | None = None
 
 
-def run(
-    plan: Plan, device: Device, writer: Sink, progress: Progress = lambda done, total: None,
-    guardian: Guardian | None = None,
-) -> Outcome:
+def run(plan: Plan, device: Device, writer: Sink, progress: Progress = lambda done, total: None) -> Outcome:
     """Play ``plan`` on ``device``, append what comes back to ``writer``, leave the output at the plan's safe level.
 
-    ``progress`` is called with (samples received or lost so far, samples in all). ``guardian`` is one posted before, as
-    starting it takes a moment. Raises RefusedError, or DeviceError where no guardian can be posted, before anything is
-    output. Device and storage failures are told in the outcome; a programming error is raised once all is safe.
+    ``progress`` is called with (samples received or lost so far, samples in all). Raises RefusedError, or DeviceError
+    where there is no guardian, before anything is output. Device and storage failures are told in the outcome; a
+    programming error is raised once all is safe.
     """
-    guardian = guardian or post(device)
+    guardian = post(device)
     with _stop_requests() as stop:
         blocks = device.stream(plan.u, plan.rate_hz, plan.limits, plan.safe_level_v, plan.ramp_s, len(plan.inputs))
         if guardian is not None:
             guardian.arm(plan.safe_level_v, plan.ramp_s)
         state = _Progress(plan.u.size)
-        ended_by = _guarded(lambda: _play(blocks, writer, progress, state, stop))
+        ended_by = _guarded(lambda: _approach(plan, device, state)) or _guarded(
+            lambda: _play(plan, blocks, writer, progress, state, stop))
         if isinstance(ended_by, RigError):
             state.note("failed", str(ended_by))
         unsafe = _make_safe(plan, device, blocks, state)
@@ -106,11 +110,31 @@ def run(
             _relieve(guardian, state)
     if ended_by is not None and not isinstance(ended_by, (RigError, KeyboardInterrupt)):
         raise ended_by
+    _account(plan, device, state)
     return _outcome(state, stop, ended_by, unsafe)
 
 
-def _play(blocks: Iterator[Block], writer: Sink, progress: Progress, state: _Progress, stop: _StopRequest) -> None:
-    """Pass blocks on until the run is over or a stop is requested."""
+def elsewhere(plan: Plan, device: Device) -> float | None:
+    """Return the level in V where the output was left, None when that is where ``plan`` begins, or not known."""
+    at_v = device.level_v()
+    there = at_v is None or abs(at_v - plan.safe_level_v) <= device.capabilities().output_lsb_v
+    return None if there else at_v
+
+
+def _approach(plan: Plan, device: Device, state: _Progress) -> None:
+    """Bring the output to the safe level, from which the slopes of the plan were checked."""
+    at_v = elsewhere(plan, device)
+    if at_v is not None:
+        slew = plan.limits.slew_v_per_s
+        least_s = 0.0 if slew is None else abs(at_v - plan.safe_level_v) / slew
+        device.safe(plan.safe_level_v, max(plan.ramp_s, least_s))
+        state.note("approach", f"the output stood at {at_v:.6g} V and was brought to {plan.safe_level_v:g} V first")
+
+
+def _play(
+    plan: Plan, blocks: Iterator[Block], writer: Sink, progress: Progress, state: _Progress, stop: _StopRequest,
+) -> None:
+    """Pass blocks on until the run is over, or a stop is requested, or samples are lost that are to be retried."""
     show = progress
     for block in blocks:
         state.take(block)
@@ -119,7 +143,7 @@ def _play(blocks: Iterator[Block], writer: Sink, progress: Progress, state: _Pro
         if (trouble := _guarded(lambda: show(state.position, state.size))) is not None:  # noqa: B023
             state.note("display", f"the progress display failed and was left out: {trouble!r}")
             show = _nothing
-        if stop.name is not None:
+        if stop.name is not None or (state.lost and plan.retries):
             return
 
 
@@ -165,8 +189,27 @@ def _outcome(state: _Progress, stop: _StopRequest, ended_by: BaseException | Non
              ) -> Outcome:
     """Return the verdict on a run: the gravest of what happened is its reason."""
     failure = unsafe or _failure(state, stop, ended_by)
+    first = state.lost[0][0] if state.lost else state.position if isinstance(ended_by, StarvedError) else None
+    lost_at = first if failure is not None and failure is not unsafe and _by_loss(stop, ended_by) else None
     reason = f"all {state.size} samples recorded" if failure is None else str(failure)
-    return Outcome(failure is None, reason, state.received, tuple(state.events), failure)
+    return Outcome(failure is None, reason, state.received, tuple(state.events), failure, lost_at)
+
+
+def _by_loss(stop: _StopRequest, ended_by: BaseException | None) -> bool:
+    """Return whether a run that did not end well did so for nothing but lost samples."""
+    return stop.name is None and (ended_by is None or isinstance(ended_by, StarvedError))
+
+
+def _account(plan: Plan, device: Device, state: _Progress) -> None:
+    """Note which steps lost samples, and how far the output came where it did not come to the end."""
+    for step in plan.steps:
+        lost = sum(max(0, min(stop, step.stop) - max(start, step.start)) for start, stop in state.lost)
+        if lost:
+            text = f"{step.label!r}, pass {step.repeat + 1}, lost {lost} of {step.stop - step.start} samples"
+            state.events.append(Event("incomplete", text, step.start, step.stop))
+    played = device.played()
+    if played is not None and played < state.size:
+        state.events.append(Event("output", f"at least {played} of {state.size} samples were put out", 0, played))
 
 
 def _failure(state: _Progress, stop: _StopRequest, ended_by: BaseException | None) -> RigError | None:

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import protocols
-from rig import registry, runner
+from rig import registry, retry, runner
 from rig.device import Capabilities, Device, Identity
-from rig.errors import RefusedError
+from rig.errors import FileError, IncompleteError, RefusedError
 from rig.guardian import post
 from rig.plan import Plan
 from rig.plan import plan as draw
@@ -35,12 +35,37 @@ class Checked:
 
 
 @dataclass(frozen=True)
-class Recorded:
-    """A run that was played: where its recording is, and how it ended."""
+class Segment:
+    """One stretch of a run, recorded without a pause: where its recording is, and how it ended."""
 
     path: Path
     recording: Recording
     outcome: runner.Outcome
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A run that was played: one segment, and one more for every time that lost samples were retried."""
+
+    segments: tuple[Segment, ...]
+
+    @property
+    def paths(self) -> tuple[Path, ...]:
+        """Return where the recordings are."""
+        return tuple(segment.path for segment in self.segments)
+
+    @property
+    def recording(self) -> Recording:
+        """Return the recording of a run in one segment; raise IncompleteError where it fell into several."""
+        if len(self.segments) > 1:
+            raise IncompleteError("the run is in several segments, samples having been lost in all but the last",
+                                  value=", ".join(map(str, self.paths)), do="use them together")
+        return self.segments[0].recording
+
+    @property
+    def outcome(self) -> runner.Outcome:
+        """Return how the run ended: as its last segment did."""
+        return self.segments[-1].outcome
 
 
 def shipped(name: str | Path) -> Path:
@@ -63,7 +88,8 @@ def record(
 ) -> Recorded:
     """Play a protocol and keep what comes back at ``out``; however the run ends, the output is left safe.
 
-    Raises what ``check`` raises, before any output; a failure in the run is told in the outcome.
+    What is played again because samples were lost goes beside it, as ``RUN.retry1.h5`` and so on. Raises what ``check``
+    raises, before any output; a failure in the run is told in the outcome.
     """
     protocol = read_protocol(shipped(protocol_path))
     address = address or usual_address(protocol)
@@ -76,13 +102,40 @@ def play(
     progress: runner.Progress = lambda done, total: None, overwrite: bool = False,
 ) -> Recorded:  # fmt: skip
     """Play a protocol on a device that is connected at ``address``; otherwise as ``record``."""
-    guardian = post(device)
-    checked = proven(protocol, address, device)
-    u = device.quantise(checked.plan.u)
-    with Writer(out, checked.plan, equipment(address, device, checked.plan.rate_hz), u, overwrite) as writer:
-        outcome = runner.run(checked.plan, device, writer, progress, guardian)
+    post(device)
+    plan = proven(protocol, address, device).plan
+    if runner.elsewhere(plan, device) is not None:
+        plan = replace(plan, initial="in_motion")
+    _make_room(Path(out), overwrite)
+    segments = [_segment(plan, address, device, Path(out), progress, overwrite)]
+    while (plan_again := retry.again(plan, segments[-1].outcome.lost_at)) is not None:
+        plan, path = plan_again, retry.path_of(Path(out), len(segments))
+        try:
+            segments.append(_segment(plan, address, device, path, progress, overwrite))
+        except RefusedError as error:
+            raise IncompleteError("what was lost cannot be played again", where=str(segments[-1].path),
+                                  value=str(error), do="the recording is kept as it is") from error
+    return Recorded(tuple(segments))
+
+
+def _segment(
+    plan: Plan, address: str, device: Device, out: Path, progress: runner.Progress, overwrite: bool,
+) -> Segment:  # fmt: skip
+    """Play a plan and keep what comes back."""
+    u = device.quantise(plan.u)
+    with Writer(out, plan, equipment(address, device, plan.rate_hz), u, overwrite) as writer:
+        outcome = runner.run(plan, device, writer, progress)
         recording = writer.finish(outcome.complete, outcome.reason, outcome.events)
-    return Recorded(Path(out), recording, outcome)
+    return Segment(out, recording, outcome)
+
+
+def _make_room(out: Path, overwrite: bool) -> None:
+    """Remove the retries of a run that is to be overwritten; raise FileError where they must not be touched."""
+    for path in retry.paths_beside(out):
+        if not overwrite:
+            raise FileError("there is a retry of another run of this name", where=str(path),
+                            do="choose another name, or overwrite both")
+        path.unlink()
 
 
 def usual_address(protocol: Protocol) -> str:

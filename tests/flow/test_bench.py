@@ -83,7 +83,7 @@ def test_an_emulated_board_is_found_played_and_stopped(tmp_path: Path) -> None:
         try:
             assert board.stdout is not None
             address = board.stdout.readline().strip()
-            assert address.startswith("serial:/dev/")
+            assert address.startswith("serial:/")
             with start("run", "short.yaml", "--device", address, "--out", "stopped.h5", cwd=tmp_path) as played:
                 _wait_for_samples(tmp_path / "stopped.h5")
                 played.send_signal(signal.SIGINT)

@@ -31,7 +31,7 @@ NEVER = 1e9
 class Nowhere:
     """A recording nobody keeps."""
 
-    def append(self, start: int, y: np.ndarray) -> None:
+    def append(self, start: int, y: np.ndarray, further: np.ndarray) -> None:
         pass
 
 

@@ -26,6 +26,7 @@ class ScriptedDevice(Device):
         self.u: Array = np.empty(0)
         self.position = 0
         self.level: float | None = None
+        self.put_out: int | None = None
         self.read: Read = lambda position: following(self.u, position)
         self.begin: Callable[[], None] = lambda: None
         self.halt: Callable[[], None] = lambda: None
@@ -70,6 +71,9 @@ class ScriptedDevice(Device):
         self.diary.append(f"safe {level_v:g} V {ramp_s:g} s")
         self.ramp(ramp_s)
         self.level = level_v
+
+    def _played(self) -> int | None:
+        return self.put_out
 
     def _level_v(self) -> float | None:
         return self.level

@@ -4,13 +4,14 @@ import os
 import signal
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from identify.trace import Step
 from rig.device import Array, Block, Flag
-from rig.errors import DeviceError, IncompleteError, RefusedError, RigError
+from rig.errors import DeviceError, IncompleteError, RefusedError, RigError, StarvedError
 from rig.plan import Limits, Plan
 from rig.runner import Outcome, run
 from tests.unit.rig.devices import ScriptedDevice, following, skipping
@@ -92,6 +93,69 @@ def test_lost_samples_make_the_run_incomplete_and_are_told_with_their_cause(
     assert outcome.samples == 850 == np.isfinite(kept.y).sum()
     assert np.isnan(kept.y[300:450]).all()
     assert made_safe(device)
+
+
+def test_steps_that_lost_samples_are_told_and_the_run_goes_on(device: ScriptedDevice) -> None:
+    device.read = skipping(device, range(300, 450), Flag.OVERRUN)
+    steps = (Step("a", "sine", 0, 400), Step("a", "sine", 400, 800, 1), Step("b", "table", 800, SIZE))
+    outcome = run(replace(plan(), steps=steps), device, Kept())
+    told = [event for event in outcome.events if event.kind == "incomplete"]
+    assert [(event.start, event.stop) for event in told] == [(0, 400), (400, 800)]
+    assert [event.text for event in told] == [
+        "'a', pass 1, lost 100 of 400 samples", "'a', pass 2, lost 50 of 400 samples"]
+    assert (outcome.samples, outcome.lost_at) == (850, 300)
+
+
+def test_a_run_that_may_be_retried_ends_where_samples_are_lost(device: ScriptedDevice) -> None:
+    device.read = skipping(device, range(300, 450), Flag.OVERRUN)
+    outcome = run(replace(plan(), retries=1), device, Kept())
+    assert outcome.lost_at == 300
+    assert outcome.samples == 400
+    assert isinstance(outcome.failure, IncompleteError)
+    assert made_safe(device)
+
+
+def test_a_device_that_ran_dry_may_be_retried_and_any_other_failure_not(device: ScriptedDevice) -> None:
+    failing(device, 400, StarvedError("out of samples"))
+    assert run(plan(), device, Kept()).lost_at == 400
+    failing(device, 400, DeviceError("the cable is off"))
+    assert run(plan(), device, Kept()).lost_at is None
+
+
+def test_a_stop_is_not_retried_though_samples_were_lost(device: ScriptedDevice) -> None:
+    device.read = skipping(device, range(300, 450), Flag.OVERRUN)
+    outcome = run(plan(), device, Kept(), stopping(lambda: os.kill(os.getpid(), signal.SIGINT), 550))
+    assert "stopped by SIGINT" in outcome.reason
+    assert outcome.lost_at is None
+
+
+def test_an_output_left_elsewhere_is_brought_to_the_safe_level_first(device: ScriptedDevice) -> None:
+    device.level = -3.0
+    outcome = run(replace(plan(), limits=Limits(-5.0, 5.0, 8.0)), device, Kept())
+    assert outcome.complete
+    assert device.diary[:3] == ["identity", "safe 1 V 0.5 s", "begin 1 V 0.2 s"], "steeper than the limit, or too late"
+    assert kinds(outcome) == ["approach", "safe"]
+    assert "stood at -3 V" in outcome.events[0].text
+
+
+def test_where_the_safe_level_cannot_be_reached_nothing_is_played(device: ScriptedDevice) -> None:
+    def ramp(ramp_s: float) -> None:
+        if "begin" not in " ".join(device.diary) and device.diary.count("safe 1 V 0.2 s") == 1:
+            raise DeviceError("stuck")
+
+    device.level, device.ramp = -3.0, ramp
+    outcome = run(plan(), device, Kept())
+    assert outcome.reason == "stuck"
+    assert not any("begin" in line for line in device.diary)
+    assert device.level == 1.0
+
+
+def test_how_far_the_output_came_is_told_where_it_did_not_come_to_the_end(device: ScriptedDevice) -> None:
+    device.put_out = 412
+    failing(device, 400, DeviceError("the cable is off"))
+    told = [event for event in run(plan(), device, Kept()).events if event.kind == "output"]
+    assert [(event.start, event.stop, event.text) for event in told] == [
+        (0, 412, "at least 412 of 1000 samples were put out")]
 
 
 def test_a_lost_end_is_counted(device: ScriptedDevice) -> None:

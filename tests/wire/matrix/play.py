@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from rig import session
 from rig.device import Array
-from rig.errors import DeviceError, IncompleteError, RigError
+from rig.errors import DeviceError, IncompleteError, RigError, StarvedError
 from rig.ownership import FOLDER_VARIABLE
 from rig.recording import Entry, read
 from tests.rigs import GAIN
@@ -106,7 +106,7 @@ def _record(pipe: Connection, address: str, protocol: str, path: Path, naps: tup
         pipe.send(Ended(End.REFUSED, str(error)))
         return
     events = tuple(f"{event.kind}: {event.text}" for event in outcome.events)
-    ends = {type(None): End.WHOLE, IncompleteError: End.GAPS, DeviceError: End.FAILED}
+    ends = {type(None): End.WHOLE, IncompleteError: End.GAPS, DeviceError: End.FAILED, StarvedError: End.FAILED}
     pipe.send(Ended(ends[type(outcome.failure)], outcome.reason, events))
 
 
