@@ -44,9 +44,14 @@ HALF, HIGH, HIGHER = np.full(10, 0.5), np.full(20, 4.0), np.full(100, 9.0)
 RISE, LONG_RISE = np.linspace(0.0, 3.0, 50), np.linspace(0.0, 9.0, 60_000)
 PLAYED = (
     *((u, RATE_HZ) for u in (waves(20_000), -waves(60_000), pulses(), HALF, HIGH, HIGHER, RISE, LONG_RISE)),
-    (0.5 * waves(100_000), LONG_RATE_HZ), (np.zeros(4), 1.0), *((np.zeros(4), rate_hz) for rate_hz in RATES_HZ),
+    (0.35 * waves(100_000), LONG_RATE_HZ), (np.zeros(4), 1.0), *((np.zeros(4), rate_hz) for rate_hz in RATES_HZ),
 )
 """All that this suite plays, with its rates; a stimulus may also be the beginning of one of these."""
+
+
+def fitting(device: Device, u: Array) -> Array:
+    """Return as much of ``u`` as the device plays in one run."""
+    return u[:device.capabilities().max_samples]
 
 
 SPEED = 5.0
@@ -179,7 +184,8 @@ def test_levels_beyond_the_range_are_refused_not_clipped(device: Device) -> None
 
 
 def test_a_rate_the_clock_makes_is_made_exactly(device: Device) -> None:
-    for wanted in RATES_HZ:
+    can = device.capabilities()
+    for wanted in (rate_hz for rate_hz in RATES_HZ if can.min_rate_hz <= rate_hz <= can.max_rate_hz):
         made = device.achievable_rate(wanted)
         assert made == pytest.approx(wanted, rel=1e-3)
         assert device.achievable_rate(made) == made
@@ -229,13 +235,13 @@ def test_y_is_read_just_before_u_acts(amplifier: Device) -> None:
     u = pulses()
     y = record(amplifier, u)
     expected = 3.0 * np.concatenate([[0.0], amplifier.quantise(u)[:-1]])
-    assert np.abs(y - expected).max() <= 0.5001 * amplifier.capabilities().input_lsb_v
+    assert np.abs(y - expected).max() <= 0.501 * amplifier.capabilities().input_lsb_v
 
 
 def test_a_long_run_comes_back_whole(amplifier: Device) -> None:
-    u = amplifier.quantise(0.5 * waves(100_000))
+    u = amplifier.quantise(fitting(amplifier, 0.35 * waves(100_000)))
     y = record(amplifier, u, LONG_RATE_HZ)
-    assert np.abs(y[1:] - 3.0 * u[:-1]).max() <= 0.5001 * amplifier.capabilities().input_lsb_v
+    assert np.abs(y[1:] - 3.0 * u[:-1]).max() <= 0.501 * amplifier.capabilities().input_lsb_v
 
 
 def test_all_inputs_are_read_at_the_same_instants(amplifier: Device) -> None:
@@ -289,7 +295,7 @@ def test_safe_returns_when_the_level_is_reached(device: Device) -> None:
 
 
 def test_a_run_left_early_stops_and_can_be_made_safe(device: Device) -> None:
-    blocks = device.stream(LONG_RISE, RATE_HZ, LIMITS)
+    blocks = device.stream(fitting(device, LONG_RISE), RATE_HZ, LIMITS)
     for block in blocks:
         if block.y.size:
             break
@@ -305,7 +311,7 @@ def test_a_run_left_early_stops_and_can_be_made_safe(device: Device) -> None:
 
 def test_a_run_after_one_left_early_is_its_own(device: Device) -> None:
     whole = record(device, waves())
-    for block in device.stream(-waves(60_000), RATE_HZ, LIMITS):
+    for block in device.stream(fitting(device, -waves(60_000)), RATE_HZ, LIMITS):
         if block.y.size:
             break
     assert np.array_equal(record(device, waves()), whole)
@@ -335,7 +341,7 @@ def test_drivers_with_equal_converters_give_the_same_recording_to_the_last_bit(t
     recordings: dict[tuple[float, ...], list[Array]] = {}
     for make in BENCHES.values():
         with make(tmp_path, QUIET) as address, connect(address) as device:
-            recordings.setdefault(converters(device), []).append(record(device, waves(20_000)))
+            recordings.setdefault(converters(device), []).append(record(device, fitting(device, waves(20_000))))
             device.safe()
     assert max(map(len, recordings.values())) > 1
     for alike in recordings.values():
