@@ -28,6 +28,8 @@ from drivers.serial_messages import (
 )
 
 Words = list[str]
+_WORDS = {"ARM": 5, "SAFE": 2}
+"""How many words follow a command; the others stand alone."""
 
 
 class SerialFirmware:
@@ -95,6 +97,7 @@ class SerialFirmware:
         }
         self._model.advance(now_s)
         try:
+            _refuse_other_than(_WORDS.get(words[0], 0), words[1:])
             answer = commands[words[0]](words[1:], now_s)
         except (KeyError, IndexError):
             return f"ERROR unknown command {' '.join(words)!r}".encode()
@@ -112,8 +115,8 @@ class SerialFirmware:
 
     def _arm(self, words: Words, now_s: float) -> str:
         total, divider, safe, inputs = int(words[0]), int(words[1]), self._ramp(words[2:]), int(words[4])
-        if divider < 1 or self._model.hardware.clock_hz is None:
-            raise ValueError("the divider is at least 1")
+        if total < 1 or divider < 1 or self._model.hardware.clock_hz is None:
+            raise ValueError("samples and divider are at least 1")
         self._model.arm(total, self._model.hardware.clock_hz / divider, safe, self._seed + self._runs, inputs)
         bits = self._model.hardware.capabilities.input_bits
         self._frame, self._repeated = (samples_per_frame(inputs, bits, most)
@@ -197,6 +200,12 @@ class SerialFirmware:
     def _send(self, kind: Kind, number: int, payload: bytes) -> None:
         """Append a frame to what is to be sent."""
         self._out += encode(Frame(kind, number, payload))
+
+
+def _refuse_other_than(count: int, words: Words) -> None:
+    """Raise ValueError unless there are so many words."""
+    if len(words) != count:
+        raise ValueError(f"{len(words)} words follow in place of {count}")
 
 
 def description(hardware: Hardware) -> Description:

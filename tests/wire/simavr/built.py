@@ -1,0 +1,52 @@
+"""How are the firmware and the board it runs on built, and what is missing when they cannot be?"""
+
+import functools
+import shutil
+import subprocess
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import drivers
+
+NEEDED = "apt-get install gcc-avr avr-libc gcc make libsimavr-dev libelf-dev"
+HEADERS = Path("/usr/include/simavr")
+FIRMWARE = Path(drivers.__path__[0]) / "firmware"
+BOARD = Path(__file__).with_name("board.c")
+
+
+@dataclass(frozen=True)
+class Built:
+    """The firmware, and the program that runs it."""
+
+    firmware: Path
+    board: Path
+
+
+def missing() -> str:
+    """Return what is to be installed before the firmware can be run here; empty when nothing is."""
+    tools = [tool for tool in ("avr-gcc", "gcc", "make") if shutil.which(tool) is None]
+    tools += [] if (HEADERS / "sim_avr.h").is_file() else ["simavr"]
+    return f"{', '.join(tools)} not found: {NEEDED}" if tools else ""
+
+
+@functools.cache
+def built(**settings: str | int) -> Built:
+    """Build both, once a process; ``settings`` are variables of the Makefile, such as ``BAUD``."""
+    folder = Path(_folder().name) / ("-".join(map(str, settings.values())) or "plain")
+    variables = [f"{name}={value}" for name, value in settings.items()]
+    _run("make", "-C", str(FIRMWARE), f"BUILD={folder}", *variables)
+    _run("gcc", "-O2", "-Wall", "-Werror", f"-I{HEADERS}", "-o", str(folder / "board"), str(BOARD), "-lsimavr", "-lelf")
+    return Built(folder / "firmware.elf", folder / "board")
+
+
+@functools.cache
+def _folder() -> "tempfile.TemporaryDirectory[str]":
+    """Return a folder that goes with the process."""
+    return tempfile.TemporaryDirectory(prefix="rig-firmware-")
+
+
+def _run(*command: str) -> None:
+    """Run a program; fail with all it said."""
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, f"{' '.join(command)}:\n{done.stdout}{done.stderr}"
