@@ -57,6 +57,23 @@ class Converter:
         return bool(codes.size and np.abs(codes).max() >= self.top)
 
 
+@dataclass(frozen=True)
+class Coded:
+    """The codes of a long signal ``volts`` (N,), made where they are asked for."""
+
+    volts: Array
+    converter: Converter
+
+    @property
+    def size(self) -> int:
+        """Return N."""
+        return int(self.volts.size)
+
+    def __getitem__(self, at: slice) -> Codes:
+        """Return the codes of a stretch."""
+        return self.converter.codes(self.volts[at])
+
+
 def dac(can: Capabilities) -> Converter:
     """Return the output converter of a device with these capabilities."""
     return Converter(can.output_low_v, can.output_high_v, can.output_bits, saturates=False)

@@ -52,56 +52,64 @@ class FrameReader:
 
     def __init__(self) -> None:
         """Start with nothing read."""
-        self._buffer = bytearray()
+        self._rest = b""
         self.skipped = 0
 
     def feed(self, data: bytes) -> list[Frame]:
         """Return the frames that ``data`` completes, in their order."""
-        self._buffer += data
-        frames = []
-        while (frame := self._next()) is not None:
+        raw, at, frames = self._rest + data, 0, []
+        while (found := _first(raw, at)) is not None:
+            start, frame = found
+            self.skipped += start - at
+            at = start + OVERHEAD + len(frame.payload)
             frames.append(frame)
+        keep = _unfinished(raw, at)
+        self.skipped += keep - at
+        self._rest = raw[keep:]
         return frames
 
     def clear(self) -> None:
         """Forget what was read and not understood."""
-        self.skipped += len(self._buffer)
-        self._buffer.clear()
+        self.skipped += len(self._rest)
+        self._rest = b""
 
-    def _next(self) -> Frame | None:
-        """Return the first whole frame and drop all up to its end; keep from the first unfinished one on."""
-        unfinished = len(self._buffer) - self._buffer.endswith(MARKER[:1])
-        at = self._buffer.find(MARKER)
-        while at >= 0:
-            size = self._size(at)
-            if size is None or (size and at + size > len(self._buffer)):
-                unfinished = min(unfinished, at)
-            elif size and (frame := self._frame(at, size)) is not None:
-                self._drop(at)
-                del self._buffer[:size]
-                return frame
-            at = self._buffer.find(MARKER, at + 1)
-        self._drop(unfinished)
+
+def _first(raw: bytes, at: int) -> tuple[int, Frame] | None:
+    """Return the first whole frame from ``at`` on and where it begins, None when there is none."""
+    at = raw.find(MARKER, at)
+    while at >= 0:
+        size = _size(raw, at)
+        if size and at + size <= len(raw) and (frame := _frame(raw, at, size)) is not None:
+            return at, frame
+        at = raw.find(MARKER, at + 1)
+    return None
+
+
+def _unfinished(raw: bytes, start: int) -> int:
+    """Return where the first frame begins that more bytes may complete; there is no whole one from ``start`` on."""
+    at = raw.find(MARKER, start)
+    while at >= 0:
+        size = _size(raw, at)
+        if size is None or (size and at + size > len(raw)):
+            return at
+        at = raw.find(MARKER, at + 1)
+    return len(raw) - raw.endswith(MARKER[:1], start)
+
+
+def _size(raw: bytes, at: int) -> int | None:
+    """Return the size of the frame whose header is at ``at``: 0 when it is none, None when it cannot be told."""
+    head = raw[at:at + _HEAD_SIZE]
+    if len(head) < _HEAD_SIZE:
         return None
+    length = int(_HEADER.unpack_from(head)[3])
+    right = _HEADER_CHECK.unpack_from(head, _HEADER.size)[0] == crc_hqx(head[:_HEADER.size], 0)
+    return OVERHEAD + length if right and length <= MAX_PAYLOAD else 0
 
-    def _size(self, at: int) -> int | None:
-        """Return the size of the frame whose header is at ``at``: 0 when it is none, None when it cannot be told."""
-        head = bytes(self._buffer[at:at + _HEAD_SIZE])
-        if len(head) < _HEAD_SIZE:
-            return None
-        length = int(_HEADER.unpack_from(head)[3])
-        right = _HEADER_CHECK.unpack_from(head, _HEADER.size)[0] == crc_hqx(head[:_HEADER.size], 0)
-        return OVERHEAD + length if right and length <= MAX_PAYLOAD else 0
 
-    def _frame(self, at: int, size: int) -> Frame | None:
-        """Return the frame of ``size`` bytes at ``at``, None when its check fails."""
-        raw = bytes(self._buffer[at:at + size])
-        if _CHECK.unpack_from(raw, size - _CHECK.size)[0] != zlib.crc32(raw[:-_CHECK.size]):
-            return None
-        _, kind, number, _ = _HEADER.unpack_from(raw)
-        return Frame(kind, number, raw[_HEAD_SIZE:-_CHECK.size])
-
-    def _drop(self, count: int) -> None:
-        """Skip ``count`` bytes."""
-        self.skipped += count
-        del self._buffer[:count]
+def _frame(raw: bytes, at: int, size: int) -> Frame | None:
+    """Return the frame of ``size`` bytes at ``at``, None when its check fails."""
+    end = at + size - _CHECK.size
+    if _CHECK.unpack_from(raw, end)[0] != zlib.crc32(raw[at:end]):
+        return None
+    _, kind, number, _ = _HEADER.unpack_from(raw, at)
+    return Frame(kind, number, raw[at + _HEAD_SIZE:end])

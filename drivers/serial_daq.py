@@ -13,7 +13,7 @@ from typing import final
 import numpy as np
 from serial.tools import list_ports
 
-from drivers.converter import adc, dac
+from drivers.converter import Coded, adc, dac
 from drivers.framing import Frame
 from drivers.serial_link import SerialLink
 from drivers.serial_messages import (
@@ -27,7 +27,7 @@ from drivers.serial_messages import (
     unpack_range,
     width,
 )
-from drivers.serial_stream import LINK_LOSS, OVERRUN, Incoming, Outgoing
+from drivers.serial_stream import LINK_LOSS, OVERRUN, Incoming, Outgoing, joined
 from rig.device import Array, Block, Capabilities, Device, Flag, Identity
 from rig.errors import DeviceError, StarvedError, UsageError
 
@@ -112,8 +112,8 @@ class SerialDaq(Device):
         return max(1, round(self._can.clock_hz / rate_hz))
 
     def _begin(self, u: Array, rate_hz: float, safe_level_v: float, ramp_s: float) -> None:
-        codes = dac(self.capabilities()).codes(u)
-        window = int(WINDOW_S * self._link.bytes_per_s / width(self._can.output_bits))
+        codes = Coded(u, dac(self.capabilities()))
+        window = int(WINDOW_S * max(rate_hz, self._link.bytes_per_s / width(self._can.output_bits)))
         self._link.ask(f"ARM {codes.size} {self._divider(rate_hz)} {self._ramp(safe_level_v, ramp_s)} {self._inputs}")
         self._link.forget()
         self._run = run = _Run(Outgoing(codes, self._can.output_bits, self._can.output_fifo, window),
@@ -157,7 +157,7 @@ class SerialDaq(Device):
         if frames:
             self._link.send(*frames)
             run.spoke_s = now
-        for frame in self._link.receive():
+        for frame in joined(self._link.receive(), self._inputs * width(self._can.input_bits)):
             try:
                 self._take(run, frame)
             except ValueError:

@@ -45,6 +45,7 @@ MOST_SAMPLES = 2**32 - 1
 """Sample numbers are u32 on the wire."""
 _STATUS = Struct("<BBIII")
 _RANGE = Struct("<II")
+_WHOLE = {1: "<i1", 2: "<i2", 4: "<i4"}
 
 
 class Kind(IntEnum):
@@ -166,6 +167,8 @@ def unpack_codes(payload: bytes, bits: int) -> Codes:
     size = width(bits)
     if len(payload) % size:
         raise ValueError(f"{len(payload)} bytes are no whole number of {size}-byte samples")
+    if (kind := _WHOLE.get(size)) is not None:
+        return np.frombuffer(payload, dtype=kind).astype(np.int32)
     wide = np.zeros((len(payload) // size, 4), dtype=np.uint8)
     wide[:, 4 - size:] = np.frombuffer(payload, dtype=np.uint8).reshape(-1, size)
     return np.asarray(wide.view("<i4")[:, 0] >> 8 * (4 - size), dtype=np.int32)

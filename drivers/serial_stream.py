@@ -3,15 +3,17 @@
 No input or output here: what arrives is told, and what is to be sent is asked for, with the time as an argument.
 """
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.converter import Codes
+from drivers.converter import Coded, Codes
 from drivers.framing import Frame
-from drivers.serial_messages import Condition, Kind, Status, pack_codes, pack_range
+from drivers.serial_messages import Condition, Kind, Status, pack_codes, pack_range, width
+from drivers.window import Window
 from rig.device import Flag
 
 REPEAT_S = 0.15
@@ -31,7 +33,7 @@ _FLAG = {HERE: Flag.NONE, OVERRUN: Flag.OVERRUN, LINK_LOSS: Flag.LINK_LOSS}
 class Outgoing:
     """Keeps the device's output FIFO ahead. ``window`` is the most samples under way without being acknowledged."""
 
-    def __init__(self, codes: Codes, bits: int, fifo: int, window: int) -> None:
+    def __init__(self, codes: Codes | Coded, bits: int, fifo: int, window: int) -> None:
         """Start with nothing sent."""
         self._codes, self._bits, self._fifo = codes, bits, fifo
         self._most = max(1, min(SAMPLES_PER_OUTPUT, fifo // FIFO_SHARE))
@@ -57,16 +59,16 @@ class Outgoing:
 
     def due(self) -> list[Frame]:
         """Return the next frames of samples that fit the FIFO and the window, a few at a time."""
-        frames: list[Frame] = []
-        stop = min(self._codes.size, self._played + self._fifo, self._accepted + self._window)
-        while self._next < stop and len(frames) < FRAMES_AT_ONCE:
-            last = min(self._next + self._most, stop)
-            if last - self._next < self._most and last < self._codes.size and self._played:
-                break
-            frames.append(Frame(Kind.OUTPUT, self._next, pack_codes(self._codes[self._next:last], self._bits)))
-            self._next = last
-        self._furthest = max(self._furthest, self._next)
-        return frames
+        first, room = self._next, min(self._played + self._fifo, self._accepted + self._window)
+        stop = min(self._codes.size, room, first + FRAMES_AT_ONCE * self._most)
+        if self._played and stop < self._codes.size:
+            stop -= max(0, stop - first) % self._most
+        if stop <= first:
+            return []
+        payload, size = pack_codes(self._codes[first:stop], self._bits), width(self._bits)
+        self._next, self._furthest = stop, max(self._furthest, stop)
+        return [Frame(Kind.OUTPUT, at, payload[(at - first) * size:(at + self._most - first) * size])
+                for at in range(first, stop, self._most)]
 
 
 @dataclass
@@ -84,9 +86,9 @@ class Incoming:
 
     def __init__(self, total: int, inputs: int = 1) -> None:
         """Start with nothing received of ``total`` samples, each of so many inputs."""
-        self._codes = np.zeros((total, inputs), dtype=np.int32)
-        self._state = np.zeros(total, dtype=np.uint8)
-        self._next = self._sent = 0
+        self._total, self._inputs = total, inputs
+        self._codes, self._state = Window(np.int32, inputs), Window(np.uint8)
+        self._next = self._top = self._sent = 0
         self._requests: dict[int, _Request] = {}
 
     @property
@@ -96,10 +98,11 @@ class Incoming:
 
     def add(self, start: int, codes: Codes) -> int:
         """Note samples that arrived, input by input of each; return how many are new. ValueError: of another run."""
-        samples = codes.reshape(-1, self._codes.shape[1])
-        fresh = self._mark(start, start + len(samples), HERE)
-        self._codes[start:start + len(samples)][fresh] = samples[fresh]
-        return int(fresh.sum())
+        samples = codes.reshape(-1, self._inputs)
+        first, fresh = self._mark(start, start + len(samples), HERE)
+        here = self._codes.part(first, first + fresh.size)
+        here[fresh] = samples[first - start:][fresh]
+        return int(np.count_nonzero(fresh))
 
     def lost(self, start: int, stop: int, cause: int) -> None:
         """Note that the samples [start, stop) will not come; raise ValueError for another run's."""
@@ -107,7 +110,7 @@ class Incoming:
 
     def sent(self, until: int) -> None:
         """Note that the device sent, or skipped, all samples before ``until``."""
-        self._sent = min(max(self._sent, until), self._state.size)
+        self._sent = min(max(self._sent, until), self._total)
 
     def take(self) -> tuple[int, Codes, Flag] | None:
         """Return the next samples as (first number, codes (n, inputs), what happened before them), None without any.
@@ -115,14 +118,22 @@ class Incoming:
         Codes are empty at the end of a run whose last samples are lost.
         """
         at, flags = self._next, Flag.NONE
-        while at < self._sent and self._state[at] != UNKNOWN:
-            stop, here = self._end(at), self._state[at] == HERE
-            flags |= _FLAG[int(self._state[at])]
-            if here or stop == self._state.size:
-                self._next, start = stop, at if here else stop
-                return start, self._codes[start:stop], flags
+        while at < self._top and (state := int(self._state.part(at, at + 1)[0])) != UNKNOWN:
+            stop = self._end(at, state)
+            flags |= _FLAG[state]
+            if state == HERE or stop == self._total:
+                start = at if state == HERE else stop
+                codes = self._codes.part(start, stop).copy()
+                self._forget(stop)
+                return start, codes, flags
             at = stop
         return None
+
+    def _forget(self, until: int) -> None:
+        """Let go of the samples before ``until``, which were handed on."""
+        self._next = until
+        self._codes.forget(until)
+        self._state.forget(until)
 
     def wanted(self, now_s: float) -> list[Frame]:
         """Return requests for the first gaps, when it is time to ask (again); one asked for too often is lost.
@@ -150,20 +161,52 @@ class Incoming:
 
     def _gaps(self) -> list[tuple[int, int]]:
         """Return the first few [start, stop) not known in what was sent."""
-        unknown = (self._state[self._next:self._sent] == UNKNOWN).astype(np.int8)
+        if self._next == self._sent:
+            return []
+        unknown = (self._state.part(self._next, self._top) == UNKNOWN).astype(np.int8)
         edges = np.flatnonzero(np.diff(unknown, prepend=0, append=0))[:2 * REQUESTS_AT_ONCE] + self._next
-        return [(int(start), int(stop)) for start, stop in edges.reshape(-1, 2)]
+        gaps = [(int(start), int(stop)) for start, stop in edges.reshape(-1, 2)]
+        return [*gaps, (self._top, self._sent)][:REQUESTS_AT_ONCE] if self._top < self._sent else gaps
 
-    def _mark(self, start: int, stop: int, state: int) -> NDArray[np.bool_]:
-        """Give the unknown ones of the samples [start, stop) their state; return which these were."""
-        if not 0 <= start <= stop <= self._state.size:
+    def _mark(self, start: int, stop: int, state: int) -> tuple[int, NDArray[np.bool_]]:
+        """Give the unknown ones of the samples [start, stop) their state.
+
+        Returns the first of them that was not handed on before, and which were unknown from there on.
+        """
+        if not 0 <= start <= stop <= self._total:
             raise ValueError(f"samples {start} to {stop} are not of this run")
-        fresh: NDArray[np.bool_] = self._state[start:stop] == UNKNOWN
-        self._state[start:stop][fresh] = state
+        first, last = max(start, self._next), max(stop, self._next)
+        held = self._state.part(first, last)
+        fresh: NDArray[np.bool_] = held == UNKNOWN
+        held[fresh] = state
+        self._top = max(self._top, last)
         self.sent(stop)
-        return fresh
+        return first, fresh
 
-    def _end(self, start: int) -> int:
-        """Return where the samples like the one at ``start`` end, within what was sent."""
-        other = self._state[start:self._sent] != self._state[start]
-        return start + int(other.argmax()) if other.any() else self._sent
+    def _end(self, start: int, state: int) -> int:
+        """Return where the samples in the ``state`` of the one at ``start`` end, within what is known."""
+        other = self._state.part(start, self._top) != state
+        return start + int(other.argmax()) if other.any() else self._top
+
+
+def joined(frames: Iterable[Frame], sample_bytes: int) -> Iterator[Frame]:
+    """Yield the frames, those of input samples that follow each other as one: few large pieces cost less."""
+    held: list[Frame] = []
+    stop = 0
+    for frame in frames:
+        count, rest = divmod(len(frame.payload), sample_bytes)
+        if held and not (frame.kind == Kind.INPUT and frame.number == stop and not rest):
+            yield _one(held)
+            held = []
+        if frame.kind == Kind.INPUT and not rest:
+            held.append(frame)
+            stop = frame.number + count
+        else:
+            yield frame
+    if held:
+        yield _one(held)
+
+
+def _one(frames: list[Frame]) -> Frame:
+    """Return frames that follow each other as one."""
+    return Frame(frames[0].kind, frames[0].number, b"".join(frame.payload for frame in frames))

@@ -21,10 +21,12 @@ import numpy as np
 from identify.trace import Array, Samples
 from rig.block import NO_FURTHER
 from rig.errors import FileError
+from rig.growing import Growing
 from rig.plan import Plan
 from rig.provenance import git_commit, now, software
 from rig.recorded import Entry, Equipment, Event, Origin, Recording
 from rig.recordingfile import ForeignError, load, place, store
+from rig.samples import NotRead
 from rig.seal import SCHEMA, Seal, inspect
 
 __all__ = ["Entry", "Equipment", "Event", "Origin", "Recording", "Writer", "read", "write"]
@@ -123,9 +125,8 @@ class Writer:
         self._begun = _begun(self.path, plan, equipment, plan.u if u is None else u)
         self._position = 0
         _put(self.path, self._begun)
-        self._file = h5py.File(self.path, "r+")
-        self._ledger = self._file["ledger"]
-        self._inputs = {name: self._file[place(name)] for name in plan.inputs}
+        self._growing = Growing(self.path, {name: place(name) for name in plan.inputs})
+        self._inputs = plan.inputs
 
     def append(self, start: int, y: Array, further: Array = NO_FURTHER) -> None:
         """Store ``y`` (n,), V, as the samples from index ``start`` on; those skipped since the last call are lost.
@@ -133,17 +134,15 @@ class Writer:
         ``further`` (inputs - 1, n) are the other inputs of the plan, in its order. Raises ValueError for samples that
         do not follow, or of other inputs. On return they are with the operating system.
         """
-        stop, size = start + len(y), self._ledger.shape[0]
+        stop, size = start + len(y), self._growing.size
         if not self._position <= start <= stop <= size:
             raise ValueError(f"samples {start} to {stop} do not follow {self._position} of {size}")
         if 1 + len(further) != len(self._inputs):
             raise ValueError(f"{1 + len(further)} inputs where {len(self._inputs)} are recorded")
-        for dataset, values in zip(self._inputs.values(), (y, *further), strict=True):
-            dataset[start:stop] = values
-        self._file.flush()
-        self._ledger[self._position:start] = Entry.LOST
-        self._ledger[start:stop] = Entry.RECORDED
-        self._file.flush()
+        for name, values in zip(self._inputs, (y, *further), strict=True):
+            self._growing.write(name, start, values)
+        self._growing.enter(self._position, start, Entry.LOST)
+        self._growing.enter(start, stop, Entry.RECORDED)
         self._position = stop
 
     def finish(self, complete: bool, reason: str, events: Iterable[Event] = ()) -> Recording:
@@ -152,9 +151,9 @@ class Writer:
         Raises FileError when the finished file cannot be written; what was recorded stays readable.
         """
         happened = tuple(events)
-        ledger = self._ledger[:]
-        inputs = _by_field({name: dataset[:] for name, dataset in self._inputs.items()})
+        ledger = self._growing.ledger()
         self.close()
+        inputs = _by_field(self._growing.inputs())
         for event in happened:
             if event.kind == "lost":
                 stretch = ledger[event.start:event.stop]
@@ -162,11 +161,12 @@ class Writer:
         finished = replace(self._begun, **inputs, ledger=ledger, complete=complete, reason=reason, events=happened,
                            origin=replace(self._begun.origin, finished=now()))
         _put(self.path, finished)
-        return finished
+        with h5py.File(self.path, "r") as file:
+            return load(file, self.path.stem, intact=True)
 
     def close(self) -> None:
         """Let go of the file as it stands; harmless when it was finished."""
-        self._file.close()
+        self._growing.close()
 
     def __enter__(self) -> Self:
         """Return the writer itself."""
@@ -181,7 +181,7 @@ class Writer:
 def _begun(path: Path, plan: Plan, equipment: Equipment, u: Array) -> Recording:
     """Return the recording of a run of which nothing was received yet."""
     origin = Origin(equipment, software(), git_commit(), started=now())
-    nothing = np.full(u.size, np.nan)
+    nothing = NotRead(u.size)
     return Recording(
         name=path.stem, rate_hz=plan.rate_hz, u=u, **_by_field(dict.fromkeys(plan.inputs, nothing)),
         ledger=np.full(u.size, Entry.NOT_RECEIVED, dtype=np.uint8), origin=origin, title=plan.title,

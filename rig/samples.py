@@ -34,6 +34,11 @@ class InFile(Stored):
             return None
         return cls(dataset.size, path, offset, _stamp(path.stat()))
 
+    @classmethod
+    def at(cls, path: Path, offset: int, size: int) -> Self:
+        """Return the ``size`` samples from byte ``offset`` on in the file as it now is."""
+        return cls(size, path.absolute(), offset, _stamp(path.stat()))
+
     def read(self, start: int, stop: int) -> Array:
         """Return the samples [start, stop), V; raise FileError when the file is no longer the one it was."""
         try:
@@ -48,6 +53,15 @@ class InFile(Stored):
 def _stamp(status: os.stat_result) -> Stamp:
     """Return what changes when a file is replaced or written to."""
     return status.st_ino, status.st_size, status.st_mtime_ns
+
+
+@dataclass(frozen=True)
+class NotRead(Stored):
+    """A signal of which nothing was received."""
+
+    def read(self, start: int, stop: int) -> Array:
+        """Return that the samples are not known."""
+        return np.full(stop - start, np.nan)
 
 
 @dataclass(frozen=True)
