@@ -38,6 +38,7 @@ class ReplayDevice(Device):
     """Recordings of one device, in its place."""
 
     hardware = False
+    before_amplifier = False
 
     def __init__(self, recordings: Sequence[Recording]) -> None:
         """Take the place of the device that made ``recordings``; raise FileError when they are of several."""
@@ -143,12 +144,19 @@ def _of_one_device(recordings: Sequence[Recording]) -> tuple[Identity, Capabilit
     low, high, input_low, input_high, output_bits, input_bits = _ranges(recordings[0]) or _seen(recordings)
     rates = [recording.rate_hz for recording in recordings]
     return _who(first), Capabilities(low, high, input_low, input_high, min(rates), max(rates), int(output_bits),
-                                     int(input_bits), max_samples=max(recording.u.size for recording in recordings))
+                                     int(input_bits), max_samples=max(recording.u.size for recording in recordings),
+                                     output_step_v=_step_v(first))
 
 
 def _who(equipment: Equipment) -> Identity:
     told = (equipment.model or "unknown device", equipment.serial or "?", equipment.firmware or "?")
     return Identity(f"replay of {told[0]}", told[1], told[2])
+
+
+def _step_v(equipment: Equipment) -> float | None:
+    """Return the step of the output in V, as the device told it; None where it told none."""
+    told = equipment.settings.get("output_step")
+    return None if told is None else quantity(told, "V")
 
 
 def _ranges(recording: Recording) -> tuple[float, ...] | None:

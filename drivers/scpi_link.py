@@ -76,7 +76,8 @@ class ScpiLink:
         """Send ``command`` with a block of ``payload`` behind it (``#8`` and eight digits); raise DeviceError."""
         with self._whole():
             patience_s = timeout_s + len(payload) / BYTES_PER_S
-            self._send(f"{command} #8{len(payload):08d}".encode("ascii") + payload, patience_s)
+            message = f"{command} #8{len(payload):08d}".encode("ascii") + payload
+            self._wire.send(message if self._wire.marks_ends else message + self._end, patience_s)
             self._refuse_errors(command, patience_s)
 
     def shout(self, *commands: str) -> None:

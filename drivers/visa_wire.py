@@ -10,7 +10,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, Any, final
+from typing import TYPE_CHECKING, Any, ClassVar, final
 
 from rig.errors import DeviceError, UsageError
 
@@ -26,7 +26,12 @@ LINE_MOST = 1 << 16
 
 
 class VisaWire(ABC):
-    """Bytes to and from one instrument. Every method raises DeviceError when its time is over or the link is gone."""
+    """Bytes to and from one instrument. Every method raises DeviceError when its time is over or the link is gone.
+
+    ``marks_ends``: the transport itself tells where a message ends.
+    """
+
+    marks_ends: ClassVar[bool] = False
 
     def __init__(self, resource_name: str) -> None:
         """Open the resource of this name."""
@@ -172,6 +177,8 @@ class SocketWire(VisaWire):
 @final
 class UsbtmcWire(VisaWire):
     """USBTMC: messages whose end the device marks. A read aborted by pyvisa-py may take 5 s more than its time."""
+
+    marks_ends = True
 
     def send(self, data: bytes, timeout_s: float) -> None:
         """Send ``data`` as one message."""

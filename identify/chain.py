@@ -124,7 +124,7 @@ def plain_chain(model: Model, intersample: Intersample = "held") -> Chain:
     if model.unknown:
         raise ValueError(f"{model.unknown[0]} has no values: the rig file gives its orders alone")
     g1, g2 = (
-        LinearBlock(replace(block, num=without_leading_zeros(block.num)), place.label, place)
+        LinearBlock(replace(block, num=without_leading_zeros(block.num), dead_time_s=0.0), place.label, place)
         for block, place in ((model.g1, Place.G1), (model.g2, Place.G2))
     )
     f = f_stage(model.f)

@@ -12,7 +12,6 @@ from identify.bent.curved import CurvedPlay
 from identify.bent.curves import Bend, Form, bend_of, bending, in_form
 from identify.bent.reach import within_reach
 from identify.blocks import LinearBlock
-from identify.chain import DELAY
 from identify.colour import WHITE, Grain, grains_of
 from identify.delay import total_delay
 from identify.effects import chain_of
@@ -41,7 +40,6 @@ from identify.uncertainty.profile import Fitted
 from identify.uncertainty.response import harmonics_hz, played_hz, points
 
 BETTER = 9.0  # fall of chi-squared below which chance alone prefers another minimum to the one nearest the rig file
-LATE_SUBSTEPS = 2  # where a dead time is searched: what one step leaves out goes up and down with its part of a sample
 
 
 def identify(
@@ -124,8 +122,6 @@ def fitted(
     the first has to do.
     """
     chain = chain_of(model, intersample_of([o.trace for o in observations]))
-    if DELAY in chain.values:
-        observations = tuple(replace(o, substeps=max(o.substeps, LATE_SUBSTEPS)) for o in observations)
     start = started(model, chain, observations, stairs)
     first = within_reach(fit(start, observations, chain.values, model.fixed), observations, model.fixed)
     seen, found = settled(first, observations, model.fixed)

@@ -9,7 +9,7 @@ from identify.model import Model
 from identify.stage import Block, Grid, Place
 from identify.trace import Array
 
-SUBSTEPS = 8  # of a simulated rig, whose samples are not known beforehand
+SUBSTEPS = 32  # of a simulated rig, whose samples are not known beforehand: with 8 the demo found the steps themselves
 
 
 class Player:

@@ -21,6 +21,7 @@ class Capabilities:
     """What the device can do. ``buffer_samples`` None: nothing to overrun. ``max_samples`` None: runs of any length.
 
     Of its ``inputs`` a run records the first few; their rates add up to ``max_total_rate_hz`` at most, None: no bound.
+    ``output_step_v`` is the step of the output in V where range and bits do not tell it.
     """
 
     output_low_v: float
@@ -35,10 +36,13 @@ class Capabilities:
     max_samples: int | None = None
     inputs: int = 1
     max_total_rate_hz: float | None = None
+    output_step_v: float | None = None
 
     @property
     def output_lsb_v(self) -> float:
         """Return the step of the DAC in V: codes are symmetric, 0 V and both ends of the range are exact."""
+        if self.output_step_v is not None:
+            return self.output_step_v
         return (self.output_high_v - self.output_low_v) / float((1 << self.output_bits) - 2)
 
     @property

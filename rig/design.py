@@ -74,7 +74,7 @@ def design(rig: str | Path, out: str | Path, wish: Wish, progress: Progress, ove
     if out.exists() and not overwrite:
         raise FileError("there is a file of this name already", where=str(out), do="choose another name or --overwrite")
     rigfile = _usable(read_rig(path))
-    address = wish.device or f"loopback:{path}"
+    address = session.at_rig(wish.device or f"loopback:{path}", rigfile)
     with registry.connect(address) as device:
         room = _room(rigfile, wish, device)
         noise_v, origin = expected_noise(rigfile.model, device.capabilities())

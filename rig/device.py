@@ -46,6 +46,7 @@ class Device(ABC):
 
     emulator: ClassVar[str] = ""  # module:function that offers such a device in front of a rig, rig.emulation.Serve
     hardware: ClassVar[bool] = True
+    before_amplifier: ClassVar[bool] = True  # an amplifier of the rig is behind its output; a recording knows u there
 
     def __init__(self) -> None:
         """Prepare the bookkeeping; drivers call this first."""

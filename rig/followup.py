@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -99,6 +99,8 @@ def explain(asked: Asked, progress: Progress) -> Followed:
     """
     runs = workflow.load(asked.runs, asked.rig, asked.hold_out)
     _playable(asked, runs.traces)
+    if asked.device:
+        asked = replace(asked, device=session.at_rig(asked.device, runs.rig))
     stretch = 1.0 / (1 + ROUNDS) if asked.device else 1.0
     told = first = workflow.explain_runs(runs, part(progress, 0.0, 0.9 * stretch))
     written = _written(asked, runs, told, part(progress, 0.9 * stretch, stretch))

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
 
 from rig import ownership
+from rig.amplified_device import AmplifiedDevice
+from rig.amplifier import parted
 from rig.device import Device, Identity
 from rig.errors import RigError, UsageError, unknown
 from rig.ownership import Claim
@@ -36,9 +38,11 @@ def drivers() -> dict[str, EntryPoint]:
 def connect(address: str, claim: Claim | None = None) -> Device:
     """Return the device at ``address``, connected and with its output untouched, its port locked until it is closed.
 
+    An address with an amplifier means voltages behind it (``rig/amplifier.py``).
     With ``claim`` the port is locked already, and stays so. Raises UsageError for an address that names no driver,
     DeviceError when the device does not answer or is in use.
     """
+    amplifier = parted(address)[1]
     kind, where = driver_at(address)
     with ExitStack() as held:
         port = kind.port(where)
@@ -46,6 +50,8 @@ def connect(address: str, claim: Claim | None = None) -> Device:
             claim = ownership.claim(port)
             held.callback(claim.release)
         device = kind.connect(where)
+        if amplifier is not None:
+            device = AmplifiedDevice(device, amplifier)
         device.address, device.claim = address, claim
         device.held.push(held.pop_all())
     return device
@@ -53,6 +59,7 @@ def connect(address: str, claim: Claim | None = None) -> Device:
 
 def driver_at(address: str) -> tuple[type[Device], str]:
     """Return the driver class an address means, and what follows; raise UsageError when it means none."""
+    address = parted(address)[0]
     scheme, colon, where = address.partition(":")
     if not colon:
         raise UsageError("not a device address", value=repr(address), allowed=_forms(), do="write scheme:where")

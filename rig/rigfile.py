@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import yaml
 
 from identify.model import Backlash, CurvedBacklash, LinearF, Model, NonlinearF, Physics, Points, Rational
+from rig.amplifier import Amplifier
 from rig.errors import FileError, MisfitError, unknown
 from rig.limits import Limits
 from rig.linearblock import check_block, check_stable, may_start_unstable
@@ -37,13 +38,17 @@ PHYSICS_KEYS = ("stage", "form")
 
 @dataclass(frozen=True)
 class RigFile:
-    """A rig as ``where`` describes it, with the limits of its input; only simulated devices play ``concealed``."""
+    """A rig as ``where`` describes it, with the limits of its input; only simulated devices play ``concealed``.
+
+    ``amplifier`` stands between the output of a device and the rig; u is the voltage behind it.
+    """
 
     model: Model
     concealed: tuple[Physics, ...]
     text: str
     where: str = "the rig file"
     limits: Limits | None = None
+    amplifier: Amplifier | None = None
 
     def simulated(self) -> Model:
         """Return what a simulated device plays; raise FileError for what is only a start, or no value, for a fit."""
@@ -77,8 +82,9 @@ def parse_rig(text: str, where: str) -> RigFile:
         title=form.rig, g1=g1, f=f, g2=g2, noise_v=form.noise, physics=physics, unknown=unknown,
         fixed=_fixed(document, (*keys, "fixed"), form, physics, unknown),
     )
-    return RigFile(model, _physics(document, (*keys, "concealed"), form.concealed), text, where,
-                   form.limits.limits() if form.limits else None)
+    concealed = _physics(document, (*keys, "concealed"), form.concealed)
+    return RigFile(model, concealed, text, where, form.limits.limits() if form.limits else None,
+                   form.amplifier.amplifier() if form.amplifier else None)
 
 
 def model_to_dict(model: Model) -> dict[str, Any]:

@@ -2,8 +2,10 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, Tag
+from pydantic import AfterValidator, Discriminator, Field, Tag
 
+from rig.amplifier import Amplifier
+from rig.errors import MisfitError
 from rig.forms import BY_SHAPE, Form, Gain, Seconds, Volts, shape_of
 from rig.limits import LimitsForm
 from rig.orders import OrdersForm, is_orders
@@ -53,6 +55,24 @@ class LineForm(Form):
     offset: Volts = 0.0
 
 
+def _amplifies(gain: float) -> float:
+    """Return a gain that is not nothing; raise MisfitError."""
+    if gain == 0.0:
+        raise MisfitError("an amplifier amplifies", value="0 V/V", allowed="any other gain")
+    return gain
+
+
+class AmplifierForm(Form):
+    """An amplifier between the device's output and the rig: its gain in V/V, and where its output ends."""
+
+    gain: Annotated[Gain, AfterValidator(_amplifies)]
+    range: Annotated[Volts, Field(gt=0)]
+
+    def amplifier(self) -> Amplifier:
+        """Return the amplifier."""
+        return Amplifier(self.gain, self.range)
+
+
 def _has_one_slope(node: object) -> bool:
     """Return whether a backlash is given with one slope for both borders."""
     return isinstance(node, OneSlopeForm) or (isinstance(node, dict) and "S" in node)
@@ -90,6 +110,7 @@ class RigForm(Form):
     G2: AnyBlock
     noise: Annotated[Volts, Field(ge=0)] | None = None
     limits: LimitsForm | None = None
+    amplifier: AmplifierForm | None = None
     fixed: list[str] = Field(default_factory=list)
     physics: dict[str, dict[str, Any]] = Field(default_factory=dict)
     concealed: dict[str, dict[str, Any]] = Field(default_factory=dict)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import protocols
 from rig import registry, retry, runner
+from rig.amplifier import behind
 from rig.device import Capabilities, Device, Identity
 from rig.errors import FileError, IncompleteError, RefusedError
 from rig.guardian import post
@@ -15,6 +16,7 @@ from rig.plan import plan as draw
 from rig.protocol import Protocol, read_protocol
 from rig.recorded import Equipment, Recording
 from rig.recording import Writer
+from rig.rigfile import RigFile
 from rig.units import exact
 from rig.yamlfile import parse_yaml
 
@@ -78,7 +80,7 @@ def shipped(name: str | Path) -> Path:
 def check(protocol_path: str | Path, address: str | None = None) -> Checked:
     """Prove a protocol on a device without output; raise FileError, RefusedError, UsageError or DeviceError."""
     protocol = read_protocol(shipped(protocol_path))
-    address = address or usual_address(protocol)
+    address = at_rig(address or usual_address(protocol), protocol.rig)
     with registry.connect(address) as device:
         return proven(protocol, address, device)
 
@@ -92,7 +94,7 @@ def record(
     raises, before any output; a failure in the run is told in the outcome.
     """
     protocol = read_protocol(shipped(protocol_path))
-    address = address or usual_address(protocol)
+    address = at_rig(address or usual_address(protocol), protocol.rig)
     with registry.connect(address) as device:
         return play(protocol, address, device, out, progress, overwrite)
 
@@ -143,6 +145,12 @@ def usual_address(protocol: Protocol) -> str:
     return protocol.device or f"loopback:{protocol.rig_path or ''}"
 
 
+def at_rig(address: str, rig: RigFile | None) -> str:
+    """Return the address with the rig's amplifier behind the device, where there is one and u is not told behind it."""
+    kind, _ = registry.driver_at(address)
+    return behind(address, rig.amplifier) if rig is not None and kind.before_amplifier else address
+
+
 def proven(protocol: Protocol, address: str, device: Device) -> Checked:
     """Return the protocol planned at a rate the device makes, and accepted by it; raise RefusedError."""
     with _blamed_on(parse_yaml(protocol.text, protocol.path).at("acquisition", "rate")):
@@ -188,7 +196,7 @@ def equipment(address: str, device: Device, rate_hz: float) -> Equipment:
     can, identity = device.capabilities(), device.identity()
     volts = {name: exact(getattr(can, f"{name}_v"), "V") for name in VOLTAGES}
     settings = {
-        "rate": f"{rate_hz!r} Hz",
+        "rate": f"{rate_hz!r} Hz", "output_step": exact(can.output_lsb_v, "V"),
         "output_range": f"{can.output_low_v:g} to {can.output_high_v:g} V", "output_bits": str(can.output_bits),
         "input_range": f"{can.input_low_v:g} to {can.input_high_v:g} V", "input_bits": str(can.input_bits), **volts,
     }

@@ -13,11 +13,14 @@ WIRED = ("y", "u_measured", "v", "w")
 
 
 class Bench:
-    """A rig between a DAC and an ADC: codes in, codes out, state kept from block to block."""
+    """A rig between a DAC and an ADC: codes in, codes out, state kept from block to block.
+
+    Where the rig file has an amplifier, it stands between DAC and rig.
+    """
 
     def __init__(self, rig: RigFile, can: Capabilities) -> None:
         """Wire the rig, with what its file conceals, to converters of the device's resolution. Raises FileError."""
-        self._model = rig.simulated()
+        self._model, self._amplifier = rig.simulated(), rig.amplifier
         self.dac, self.adc = dac(can), adc(can)
         self._player: Player | None = None
 
@@ -31,7 +34,8 @@ class Bench:
         """Return what the ADC reads (N, inputs) while the DAC puts out ``codes`` (N,); read k is before u[k] acts."""
         if self._player is None:
             raise RuntimeError("Bench.reset comes before Bench.play")
-        u = self.dac.volts(codes)
+        v = self.dac.volts(codes)
+        u = v if self._amplifier is None else self._amplifier.driven(v)
         read = self._player.probed(u)
         if self._inputs > 1:
             read = np.stack([read[0], self._read_back(u), *read[1:]])

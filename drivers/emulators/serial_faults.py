@@ -4,44 +4,17 @@ Frames are told apart here only while a script wants to know them: a reply under
 frame under its kind.
 """
 
-from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import final
 
 from drivers.emulators.faults import Encode, Fault, Faults, Mischief, NoisyLine, Piece
+from drivers.emulators.way import Way
 from drivers.framing import Frame, FrameReader, encode
 from drivers.serial_messages import Kind
 
 _KINDS = {kind.value: kind.name for kind in Kind}
-
-
-@final
-class _Way:
-    """One direction: pieces that wait for their time, in their order."""
-
-    def __init__(self) -> None:
-        """Start with nothing under way."""
-        self._pieces: deque[tuple[float, bytes]] = deque()
-        self._not_before_s = 0.0
-
-    def put(self, pieces: list[Piece], now_s: float, delay_s: float = 0.0) -> None:
-        """Put pieces on their way."""
-        for piece in pieces:
-            self._not_before_s = max(self._not_before_s, now_s + delay_s) + piece.after_s
-            self._pieces.append((self._not_before_s, piece.data))
-
-    def due(self, now_s: float) -> bytes:
-        """Return what has arrived by now."""
-        arrived = bytearray()
-        while self._pieces and self._pieces[0][0] <= now_s:
-            arrived += self._pieces.popleft()[1]
-        return bytes(arrived)
-
-    def __bool__(self) -> bool:
-        """Return whether anything is under way."""
-        return bool(self._pieces)
 
 
 @final
@@ -54,7 +27,7 @@ class FaultyWire:
         self.mischief = Mischief(faults.script)
         self._lines = NoisyLine(faults, 0), NoisyLine(faults, 1)
         self._readers = FrameReader(), FrameReader()
-        self._ways = _Way(), _Way()
+        self._ways = Way(), Way()
         self._asked: dict[int, str] = {}
 
     @property
@@ -86,7 +59,7 @@ class FaultyWire:
             for frame in self._readers[way].feed(data):
                 pieces = struck(self._name(frame), frame.payload, partial(_encoded, frame))
                 self._ways[way].put(pieces, now_s, delay_s)
-        return self._lines[way].carry(self._ways[way].due(now_s))
+        return self._lines[way].carry(b"".join(self._ways[way].due(now_s)))
 
     def _name(self, frame: Frame) -> str:
         """Return what a script calls this frame."""

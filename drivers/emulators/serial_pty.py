@@ -5,12 +5,10 @@ the host listens or not, and what does not fit the FIFOs is lost and flagged, as
 """
 
 import math
-import signal
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import replace
-from types import FrameType, TracebackType
+from types import TracebackType
 from typing import Self, final
 
 import numpy as np
@@ -21,6 +19,7 @@ from drivers.emulators.faults import NO_FAULTS, Fault, Faults, What
 from drivers.emulators.pty_port import Pace, PtyPort
 from drivers.emulators.serial_faults import FaultyWire
 from drivers.emulators.serial_firmware import SerialFirmware
+from drivers.emulators.stopping import until_stopped
 from rig.device import Capabilities, Identity
 from rig.rigfile import RigFile
 
@@ -138,7 +137,8 @@ def serve(rig: RigFile, announce: Callable[[str], None], *, speed: float = 1.0, 
     ``announce`` is called once with the path of the pty, when the device answers there: ``serial:PATH`` is its address.
     ``speed`` 10 plays a minute's protocol in six seconds. Raises OSError when the system has no pty left.
     """
-    with SerialPty(rig, speed=speed, seed=seed, hardware=_hastened(HARDWARE, speed)) as emulator, _stop() as stopped:
+    hardware = _hastened(HARDWARE, speed)
+    with SerialPty(rig, speed=speed, seed=seed, hardware=hardware) as emulator, until_stopped() as stopped:
         _warm_up(emulator.model.bench)
         announce(emulator.path)
         emulator.run(stopped)
@@ -153,19 +153,3 @@ def _warm_up(bench: Bench) -> None:
     """Play a few samples, so that compiled loops are ready before the clock runs."""
     bench.reset(1000.0, 0)
     bench.play(np.zeros(4, dtype=np.int32))
-
-
-@contextmanager
-def _stop() -> Iterator[Callable[[], bool]]:
-    """Give a function that tells whether SIGINT or SIGTERM came."""
-    came: list[int] = []
-
-    def note(number: int, frame: FrameType | None) -> None:
-        came.append(number)
-
-    before = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield lambda: bool(came)
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
