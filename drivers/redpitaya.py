@@ -29,7 +29,7 @@ BUFFER = 16_384
 MOST_DIVIDED = 65_536
 POWERS = (1, 2, 4, 8, 16)
 """Decimations below 17; above, every whole number is one."""
-BITS = 14
+BITS, INPUTS = 14, 2
 INPUT_V, OUTPUT_V = 20.0, 1.0
 BLOCK_S, POLL_S, SETUP_S = 0.02, 0.003, 3.0
 BYTES = 4
@@ -43,6 +43,7 @@ class _Run:
     u: Array
     rate_hz: float
     started_s: float
+    inputs: int
     trigger: int | None = None
     received: int = 0
 
@@ -54,7 +55,7 @@ class _Run:
 
 @final
 class RedPitaya(Device):
-    """A STEMlab 125-14 on the network, first output and first input."""
+    """A STEMlab 125-14 on the network, its first output and both inputs."""
 
     emulator = "drivers.emulators.scpi_serve:serve_redpitaya"
 
@@ -103,7 +104,7 @@ class RedPitaya(Device):
 
     def _capabilities(self) -> Capabilities:
         return Capabilities(-OUTPUT_V, OUTPUT_V, -INPUT_V, INPUT_V, min_rate_hz=CLOCK_HZ / MOST_DIVIDED,
-                            max_rate_hz=CLOCK_HZ, output_bits=BITS, input_bits=BITS, max_samples=BUFFER)
+                            max_rate_hz=CLOCK_HZ, output_bits=BITS, input_bits=BITS, max_samples=BUFFER, inputs=INPUTS)
 
     def _achievable_rate(self, rate_hz: float) -> float:
         return CLOCK_HZ / _decimation(rate_hz)
@@ -112,14 +113,16 @@ class RedPitaya(Device):
         self._prepare_input(_decimation(rate_hz))
         self._prepare_output(u, rate_hz)
         self._link.tell("ACQ:START", "ACQ:TRig AWG_PE")
-        self._run = _Run(u, rate_hz, time.monotonic())
+        self._run = _Run(u, rate_hz, time.monotonic(), self._inputs)
         self._link.tell("SOUR1:TRig:INT", f"SOUR1:BURS:LASTValue {u[-1]:.6f}")
 
     def _prepare_input(self, decimation: int) -> None:
         """Set the acquisition so that the trigger is its first sample; raise DeviceError where that is not taken."""
         self._link.tell("ACQ:RST", f"ACQ:DEC:Factor {decimation}", "ACQ:AVG OFF", "ACQ:SOUR1:GAIN HV",
-                        "ACQ:DATA:FORMAT BIN", "ACQ:DATA:Units VOLTS", f"ACQ:TRig:DLY {BUFFER // 2}")
-        for query, needed in (("ACQ:DEC:Factor?", str(decimation)), ("ACQ:SOUR1:GAIN?", "HV")):
+                        "ACQ:SOUR2:GAIN HV", "ACQ:DATA:FORMAT BIN", "ACQ:DATA:Units VOLTS",
+                        f"ACQ:TRig:DLY {BUFFER // 2}")
+        for query, needed in (("ACQ:DEC:Factor?", str(decimation)), ("ACQ:SOUR1:GAIN?", "HV"),
+                              ("ACQ:SOUR2:GAIN?", "HV")):
             said = self._link.ask(query).strip()
             if said != needed:
                 raise DeviceError("the device did not take a setting", where=self._link.name, value=f"{query} {said}",
@@ -146,9 +149,11 @@ class RedPitaya(Device):
             time.sleep(POLL_S)
         start, run.received = run.received, ready
         assert run.trigger is not None
-        y = self._fetched((run.trigger + start) % BUFFER, ready - start)
-        clipped = bool(np.abs(y).max() >= INPUT_V - 0.5 * self.capabilities().input_lsb_v)
-        return Block(start, y, Flag.CLIPPED if clipped else Flag.NONE)
+        at = (run.trigger + start) % BUFFER
+        read = np.stack([self._fetched(source, at, ready - start) for source in range(1, 1 + run.inputs)])
+        clipped = bool(np.abs(read).max() >= INPUT_V - 0.5 * self.capabilities().input_lsb_v)
+        flags = Flag.CLIPPED if clipped else Flag.NONE
+        return Block(start, read[0], flags, read[1:]) if run.inputs > 1 else Block(start, read[0], flags)
 
     def _ready(self, run: _Run) -> int:
         """Return how many samples were written since the trigger; the one being written does not count."""
@@ -160,15 +165,15 @@ class RedPitaya(Device):
             return BUFFER
         return max(0, (self._position("ACQ:WPOS?") - run.trigger) % BUFFER - 1)
 
-    def _fetched(self, start: int, count: int) -> Array:
-        """Return samples of the ring, V, in two parts where it ends between."""
+    def _fetched(self, source: int, start: int, count: int) -> Array:
+        """Return samples of an input's ring, V, in two parts where it ends between."""
         first = min(count, BUFFER - start)
         parts = [(start, first), (0, count - first)] if count > first else [(start, first)]
-        return np.concatenate([self._part(*part) for part in parts])
+        return np.concatenate([self._part(source, *part) for part in parts])
 
-    def _part(self, start: int, count: int) -> Array:
+    def _part(self, source: int, start: int, count: int) -> Array:
         """Return samples that stand in one piece, V; raise DeviceError when others come."""
-        payload = self._link.ask_block(f"ACQ:SOUR1:DATA:STA:N? {start},{count}", BYTES * count)
+        payload = self._link.ask_block(f"ACQ:SOUR{source}:DATA:STA:N? {start},{count}", BYTES * count)
         y = np.frombuffer(payload[:len(payload) // BYTES * BYTES], dtype=">f4").astype(np.float64)
         if len(payload) != BYTES * count or not np.isfinite(y).all() or np.abs(y).max() > 1.1 * INPUT_V:
             raise DeviceError("samples that cannot be", where=self._link.name, value=f"{len(payload)} bytes",
@@ -177,7 +182,7 @@ class RedPitaya(Device):
 
     def _position(self, query: str) -> int:
         """Return a position in the ring; raise DeviceError for anything else."""
-        position = self._number(query)
+        position = self._link.ask_number(query)
         if position != int(position) or not 0 <= position < BUFFER:
             raise DeviceError(f"a wrong answer to {query!r}", where=self._link.name, value=f"{position:g}",
                               allowed=f"0 to {BUFFER - 1}")
@@ -219,16 +224,8 @@ class RedPitaya(Device):
     def _level_v(self) -> float | None:
         if self._link.ask("OUTPUT1:STATE?").strip() in ("0", "OFF") or self._link.ask("SOUR1:FUNC?").strip() != "DC":
             return None
-        level_v = self._number("SOUR1:VOLT?") + self._number("SOUR1:VOLT:OFFS?")
+        level_v = self._link.ask_number("SOUR1:VOLT?") + self._link.ask_number("SOUR1:VOLT:OFFS?")
         return float(self._quantise(np.array([level_v]))[0])
-
-    def _number(self, query: str) -> float:
-        """Return the number that answers a query; raise DeviceError for anything else."""
-        said = self._link.ask(query)
-        try:
-            return float(said)
-        except ValueError as error:
-            raise DeviceError(f"no number answers {query!r}", where=self._link.name, value=repr(said)) from error
 
     def _close(self) -> None:
         self._link.close()

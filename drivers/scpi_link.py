@@ -51,6 +51,14 @@ class ScpiLink:
             self._send(query.encode("ascii"), timeout_s)
             return self._line(timeout_s)
 
+    def ask_number(self, query: str, timeout_s: float = REPLY_S) -> float:
+        """Return the number that answers ``query``; raise DeviceError for anything else."""
+        said = self.ask(query, timeout_s)
+        try:
+            return float(said)
+        except ValueError as error:
+            raise DeviceError(f"no number answers {query!r}", where=self.name, value=repr(said[:QUOTED])) from error
+
     def ask_block(self, query: str, most_bytes: int, timeout_s: float = REPLY_S) -> bytes:
         """Return the binary block that answers ``query``; raise DeviceError for one that is not as it says.
 

@@ -131,7 +131,7 @@ class U2300a(Device):
             f"ACQ:SRAT {rate}", f"OUTP:WAV:SRAT {rate}",
         )
         for query in ("ACQ:SRAT?", "OUTP:WAV:SRAT?"):
-            made = self._number(query)
+            made = self._link.ask_number(query)
             if round(made) != rate:
                 raise DeviceError("the instrument runs at another rate", where=self._link.name,
                                   value=f"{query} {made:g} Hz", allowed=f"{rate} Hz", do="change acquisition.rate")
@@ -196,19 +196,11 @@ class U2300a(Device):
 
     def _output_v(self) -> float:
         """Return the level the output was set to, V, on the grid of the DAC."""
-        return float(self._quantise(np.array([self._number("SOUR:VOLT? (@201)")]))[0])
+        return float(self._quantise(np.array([self._link.ask_number("SOUR:VOLT? (@201)")]))[0])
 
     def _put_out(self, level_v: float) -> None:
         """Set the output, V."""
         self._link.tell(f"SOUR:VOLT {level_v:.6f},(@201)")
-
-    def _number(self, query: str) -> float:
-        """Return the number that answers a query; raise DeviceError for anything else."""
-        said = self._link.ask(query)
-        try:
-            return float(said)
-        except ValueError as error:
-            raise DeviceError(f"no number answers {query!r}", where=self._link.name, value=repr(said)) from error
 
     def _close(self) -> None:
         self._link.close()

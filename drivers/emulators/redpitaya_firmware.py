@@ -24,7 +24,7 @@ HARDWARE = Hardware(
     Identity("INSTR2023", "0", "01-02"),
     Capabilities(output_low_v=-1.0, output_high_v=1.0, input_low_v=-20.0, input_high_v=20.0,
                  min_rate_hz=CLOCK_HZ / 65536, max_rate_hz=CLOCK_HZ, output_bits=14, input_bits=14,
-                 max_samples=BUFFER),
+                 max_samples=BUFFER, inputs=2),
     output_fifo=BUFFER, input_fifo=BUFFER, clock_hz=CLOCK_HZ,
 )
 
@@ -53,7 +53,7 @@ class _Acquisition:
     delay: int = 0
     binary: bool = False
     averaging: bool = True
-    gain: str = "LV"
+    gains: list[str] = field(default_factory=lambda: ["LV", "LV"])
     started: bool = False
     waits_for_generator: bool = False
 
@@ -68,7 +68,7 @@ class RedPitayaFirmware:
         who = model.hardware.identity
         self.identity = f"REDPITAYA,{who.model},{who.serial},{who.firmware}"
         self._generator, self._acquisition = _Generator(), _Acquisition()
-        self._ring, self._start, self._written = np.zeros(BUFFER), 0, 0
+        self._rings, self._start, self._written = np.zeros((2, BUFFER)), 0, 0
 
     def commands(self) -> Mapping[str, Handler]:
         """Return what to do for every header."""
@@ -88,7 +88,7 @@ class RedPitayaFirmware:
         self.model.advance(now_s)
         while (taken := self.model.take(BUFFER)) is not None:
             numbers = (self._start + taken[0] + np.arange(len(taken[1]))) % BUFFER
-            self._ring[numbers] = self.model.bench.adc.volts(taken[1].reshape(-1))
+            self._rings[:, numbers] = self.model.bench.adc.volts(taken[1].T)
             self._written = taken[0] + len(taken[1])
         if self.model.state is State.RUNNING and self.model.done:
             self.model.halt(now_s)
@@ -121,12 +121,11 @@ class RedPitayaFirmware:
         }
 
     def _of_acquisition(self) -> dict[str, Handler]:
-        """Return the commands of the first input."""
+        """Return the commands of the acquisition."""
         return {
             "ACQuire:RST": self._reset_acquisition, "ACQuire:DECimation[:Factor]": self._decimate,
             "ACQuire:DECimation[:Factor]?": lambda text, now_s: str(self._acquisition.decimation),
-            "ACQuire:AVG": self._average, "ACQuire:SOUR1:GAIN": self._input_gain,
-            "ACQuire:SOUR1:GAIN?": lambda text, now_s: self._acquisition.gain,
+            "ACQuire:AVG": self._average, **self._of_input(0), **self._of_input(1),
             "ACQuire:DATA:FORMAT": self._format, "ACQuire:DATA:Units": lambda text, now_s: word(text, "VOLTS") and None,
             "ACQuire:TRig:DLY": self._delay, "ACQuire:START": self._start_acquisition, "ACQuire:STOP": self._stop,
             "ACQuire:TRig": self._arm, "ACQuire:TRig:STAT?": lambda text, now_s: "TD" if self._triggered else "WAIT",
@@ -134,8 +133,26 @@ class RedPitayaFirmware:
             "ACQuire:WPOS?": lambda text, now_s: str((self._start + self._written) % BUFFER),
             "ACQuire:TPOS?": lambda text, now_s: str(self._start),
             "ACQuire:BUF:SIZE?": lambda text, now_s: str(BUFFER),
-            "ACQuire:SOUR1:DATA?": lambda text, now_s: self._block(self._start, BUFFER),
-            "ACQuire:SOUR1:DATA:STArt:N?": self._part,
+        }
+
+    def _of_input(self, index: int) -> dict[str, Handler]:
+        """Return the commands of one input."""
+        name = f"ACQuire:SOUR{index + 1}"
+
+        def set_gain(text: str, now_s: float) -> None:
+            self._acquisition.gains[index] = word(text, "LV", "HV")
+
+        def part(text: str, now_s: float) -> bytes:
+            self.advance(now_s)
+            start, count = (int(number) for number in text.split(","))
+            if not (0 <= start < BUFFER and 0 < count <= BUFFER):
+                raise RefusedError(-222)
+            return self._block(index, start, count)
+
+        return {
+            f"{name}:GAIN": set_gain, f"{name}:GAIN?": lambda text, now_s: self._acquisition.gains[index],
+            f"{name}:DATA?": lambda text, now_s: self._block(index, self._start, BUFFER),
+            f"{name}:DATA:STArt:N?": part,
         }
 
     @property
@@ -201,10 +218,10 @@ class RedPitayaFirmware:
         generator, acquisition = self._generator, self._acquisition
         if not (generator.burst and generator.on and generator.function == "ARBITRARY" and acquisition.started):
             raise RefusedError(-221)
-        if acquisition.delay != BUFFER // 2 or acquisition.averaging or acquisition.gain != "HV":
+        if acquisition.delay != BUFFER // 2 or acquisition.averaging or acquisition.gains != ["HV", "HV"]:
             raise RefusedError(-221)
         rate_hz = CLOCK_HZ / acquisition.decimation
-        self.model.arm(BUFFER, rate_hz, (0.0, 0.0), self._seed + self._runs)
+        self.model.arm(BUFFER, rate_hz, (0.0, 0.0), self._seed + self._runs, inputs=2)
         self.model.push(0, self.model.bench.dac.codes(self._played_pattern(rate_hz)))
         self._runs += 1
         self._start, self._written = (self._start + self._written + 1234) % BUFFER, 0
@@ -230,9 +247,6 @@ class RedPitayaFirmware:
     def _average(self, text: str, now_s: float) -> None:
         self._acquisition.averaging = word(text, "ON", "OFF") == "ON"
 
-    def _input_gain(self, text: str, now_s: float) -> None:
-        self._acquisition.gain = word(text, "LV", "HV")
-
     def _format(self, text: str, now_s: float) -> None:
         self._acquisition.binary = word(text, "BIN", "ASCII") == "BIN"
 
@@ -249,19 +263,11 @@ class RedPitayaFirmware:
         if word(text, "AWG_PE", "DISABLED") == "AWG_PE" and not self._acquisition.started:
             raise RefusedError(-221)
 
-    def _part(self, text: str, now_s: float) -> bytes:
-        """Return so many samples of the ring from a position on."""
-        self.advance(now_s)
-        start, count = (int(part) for part in text.split(","))
-        if not (0 <= start < BUFFER and 0 < count <= BUFFER):
-            raise RefusedError(-222)
-        return self._block(start, count)
-
-    def _block(self, start: int, count: int) -> bytes:
+    def _block(self, index: int, start: int, count: int) -> bytes:
         """Return samples as big-endian floats in volts, or as text."""
-        values = self._ring[(start + np.arange(count)) % BUFFER]
+        values = self._rings[index, (start + np.arange(count)) % BUFFER]
         if not self._acquisition.binary:
             return ("{" + ",".join(f"{value:.6f}" for value in values) + "}").encode()
-        payload = values.astype(">f4").tobytes()
+        payload: bytes = values.astype(">f4").tobytes()
         size = str(len(payload))
         return f"#{len(size)}{size}".encode() + payload
