@@ -1,8 +1,9 @@
 """How is a plan played on a device so that, whatever happens, the output ends at its safe level?
 
 Safety comes before storage: on every way out the clock is stopped and the output is ramped down before anything else is
-done, and each of these steps is guarded by itself. SIGINT, SIGTERM and SIGHUP are requests to stop, answered between
-two blocks; a second one does not interrupt the ramp. Where nothing can be answered any more, as after SIGKILL, a
+done, and each of these steps is guarded by itself. SIGINT, SIGTERM, SIGHUP, SIGQUIT and SIGTSTP are requests to stop,
+answered between two blocks; a second one does not interrupt the ramp. There is no pause: a rig with memory does not
+wait, and its output must not stand while nobody looks. Where nothing can be answered any more, as after SIGKILL, a
 guardian acts (``rig/guardian.py``).
 """
 
@@ -27,7 +28,7 @@ _TOLD_ONCE = {
     Flag.CLIPPED: ("clipped", "the input reached the end of its range"),
     Flag.RESENT: ("resent", "samples lost on the link were asked for again, and arrived"),
 }
-_STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+_STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGTSTP)
 
 
 class Sink(Protocol):

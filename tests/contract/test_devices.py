@@ -14,10 +14,10 @@ import pytest
 
 from identify.trace import Step
 from rig.device import POLL_S, Array, Device, Flag
-from rig.errors import RefusedError
+from rig.errors import DeviceError, RefusedError
 from rig.plan import Limits, Plan
 from rig.recording import Writer
-from rig.registry import connect, driver, drivers
+from rig.registry import connect, driver, driver_at, drivers
 from rig.runner import run
 from rig.session import equipment
 from tests.rigs import GAIN, QUIET
@@ -348,6 +348,18 @@ def test_the_caller_is_never_kept_waiting_long(device: Device) -> None:
         now = time.monotonic()
         longest, before = max(longest, now - before), now
     assert longest < 3 * POLL_S
+
+
+def test_a_port_has_one_owner(quiet: str) -> None:
+    kind, where = driver_at(quiet)
+    with connect(quiet) as device:
+        if kind.port(where) is None:
+            connect(quiet).close()
+        else:
+            with pytest.raises(DeviceError, match=r"in use: by process \d+ .*close the program that holds the port"):
+                connect(quiet)
+        assert device.identity()
+    connect(quiet).close()
 
 
 def test_closing_twice_is_harmless(quiet: str) -> None:

@@ -219,7 +219,7 @@ def stopping(act: Callable[[], None], at: int) -> Callable[[int, int], None]:
     return show
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGTSTP])
 def test_a_stop_signal_ends_the_run_between_two_blocks(device: ScriptedDevice, number: signal.Signals) -> None:
     before = signal.getsignal(number)
     outcome = run(plan(), device, Kept(), stopping(lambda: os.kill(os.getpid(), number), 300))
