@@ -18,6 +18,7 @@ import numpy as np
 
 from drivers.scpi_link import ScpiLink
 from drivers.scpi_output import ramp
+from drivers.visa_wire import load
 from rig.amplifier import behind
 from rig.device import Array, Block, Capabilities, Device, Flag, Identity
 from rig.emulation import offered
@@ -74,6 +75,11 @@ class RedPitaya(Device):
     def connect(cls, where: str) -> "RedPitaya":
         """Return the Red Pitaya with the VISA address ``where``; raise UsageError or DeviceError."""
         return cls(where)
+
+    @classmethod
+    def warm_up(cls) -> None:
+        """Load pyvisa."""
+        load()
 
     @classmethod
     def port(cls, where: str) -> str:

@@ -14,6 +14,7 @@ import numpy as np
 from drivers.converter import Codes, adc, dac
 from drivers.scpi_link import ScpiLink
 from drivers.scpi_output import ramp
+from drivers.visa_wire import load
 from rig.device import Array, Block, Capabilities, Device, Flag, Identity
 from rig.errors import DeviceError, UsageError
 
@@ -74,6 +75,11 @@ class U2300a(Device):
 
             plug_in(_cable(option))
         return cls(resource_name)
+
+    @classmethod
+    def warm_up(cls) -> None:
+        """Load pyvisa."""
+        load()
 
     @classmethod
     def port(cls, where: str) -> str:
@@ -185,6 +191,7 @@ class U2300a(Device):
 
     def _safe(self, level_v: float, ramp_s: float) -> None:
         self._halt()
+        self._link.tell("OUTP OFF", "STOP")  # a run may be going on that another program began, and died over
         ramp(self._output_v(), level_v, ramp_s, self._put_out)
         reached_v = self._output_v()
         if abs(reached_v - level_v) > LSB_V:

@@ -245,6 +245,13 @@ def wire(resource_name: str) -> VisaWire:
                      allowed="TCPIP::HOST::PORT::SOCKET or USB0::VENDOR::PRODUCT::SERIAL::INSTR")
 
 
+def load() -> None:
+    """Load what opening a resource needs; that takes some tenths of a second."""
+    import pyvisa
+
+    pyvisa.ResourceManager("@py")
+
+
 def opened(resource_name: str) -> "MessageBasedResource":
     """Return the resource of this name, opened by pyvisa-py; raise DeviceError when it is not there."""
     import pyvisa

@@ -64,5 +64,8 @@ class AmplifiedDevice(Device):
         level_v = self._device.level_v()
         return None if level_v is None else self._amplifier.gain * level_v + 0.0
 
+    def _played(self) -> int | None:
+        return self._device.played()
+
     def _close(self) -> None:
         self._device.close()

@@ -71,6 +71,10 @@ class Device(ABC):
         """
         return f"{cls.__module__}.{cls.__qualname__}:{where}"
 
+    @classmethod  # noqa: B027
+    def warm_up(cls) -> None:
+        """Load what connecting needs and open nothing: a guardian has no time for that once it must act."""
+
     @classmethod
     def attached(cls) -> tuple[str, ...]:
         """Return the ``where`` of every such device that may be attached now, without opening any."""

@@ -191,7 +191,7 @@ def main(posted: str) -> int:
     told = json.loads(posted)
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
-    registry.driver_at(told["address"])
+    registry.driver_at(told["address"])[0].warm_up()
     _say(1, "ready")
     order = watch(sys.stdin.buffer, 1)
     if order is None:

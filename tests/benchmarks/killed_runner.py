@@ -1,8 +1,9 @@
 """How soon is the output safe, and how much is recorded, when the program that plays is killed at any moment?
 
-``python -m tests.benchmarks.killed_runner 50`` kills (SIGKILL) so many runs over an emulated serial DAQ on a real pty,
-each at a random moment from when its clock was started until 2 s of samples and the ramp are over. The device has no
-watchdog, so that nobody but the guardian makes its output safe. Looked at from behind, not asked over the link.
+``python -m tests.benchmarks.killed_runner 50 serial`` kills (SIGKILL) so many runs over an emulated device on its real
+link, each at a random moment from when its clock was started until 1.6 s of samples and the ramp are over. Others are
+``redpitaya`` and ``u2300a``. None has a watchdog, so that nobody but the guardian makes its output safe. That is looked
+at from behind, not asked over the link.
 """
 
 import os
@@ -17,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from rig.amplifier import Amplifier, behind
 from rig.errors import FileError
 from rig.recording import Entry, read
 from tests.rigs import GAIN
@@ -24,6 +26,8 @@ from tests.wire.emulated import Emulated, emulated
 from tests.wire.host import short_plan
 
 ROOT = Path(__file__).parents[2]
+AMPLIFIED = {"redpitaya": Amplifier(10.0, 10.0)}
+"""What stands behind the output of devices whose own range is too small for these runs."""
 WITHIN_S, KEPT_S = 0.5, 0.2
 """What is asked: the output at its safe level, and the most of a recording that may be missing."""
 GIVEN_UP_S = 5.0
@@ -49,12 +53,12 @@ class Killed:
         return self.safe_s <= WITHIN_S and self.missing_s <= KEPT_S
 
 
-def killed_runs(count: int, seed: int = 0) -> Iterator[Killed]:
+def killed_runs(count: int, kind: str = "serial", seed: int = 0) -> Iterator[Killed]:
     """Kill ``count`` runs on one device, one after the other."""
     moments = np.random.default_rng(seed)
     plan = short_plan()
     last_s = plan.duration_s + plan.ramp_s
-    with emulated(GAIN, watchdog_s=1e9) as bench, tempfile.TemporaryDirectory() as folder:
+    with emulated(GAIN, kind=kind, watchdog_s=1e9) as bench, tempfile.TemporaryDirectory() as folder:
         for number in range(count):
             yield kill(bench, Path(folder) / f"{number}.h5", float(moments.uniform(0.0, last_s)))
 
@@ -62,7 +66,9 @@ def killed_runs(count: int, seed: int = 0) -> Iterator[Killed]:
 def kill(bench: Emulated, path: Path, at_s: float) -> Killed:
     """Kill one run ``at_s`` after its clock was started."""
     plan = short_plan()
-    command = [sys.executable, "-m", "tests.wire.host", bench.address, str(path), "short"]
+    amplifier = AMPLIFIED.get(bench.kind, Amplifier(1.0, 10.0))
+    address = behind(bench.address, AMPLIFIED.get(bench.kind))
+    command = [sys.executable, "-m", "tests.wire.host", address, str(path), "short"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=ROOT) as host:
         assert host.stdout is not None
         host.stdout.readline()  # there is a recording
@@ -70,7 +76,7 @@ def kill(bench: Emulated, path: Path, at_s: float) -> Killed:
         time.sleep(at_s)
         seen = bench.look()
         os.kill(host.pid, signal.SIGKILL)
-        safe_s = until_safe(bench, plan.safe_level_v, time.monotonic())
+        safe_s = until_safe(bench, plan.safe_level_v / amplifier.gain, time.monotonic())
     missing_s = (seen.played - recorded_until(path)) / plan.rate_hz
     return Killed(at_s, seen.level_v, seen.played, safe_s, max(0.0, missing_s))
 
@@ -106,7 +112,8 @@ def table(runs: list[Killed]) -> str:
 
 if __name__ == "__main__":
     everything = []
-    for one in killed_runs(int(sys.argv[1]) if len(sys.argv) > 1 else 50):
+    count, kind = int(sys.argv[1]), sys.argv[2]
+    for one in killed_runs(count, kind):
         everything.append(one)
         print(f"{len(everything):3} killed at {one.at_s:.3f} s, sample {one.played}, {one.level_v} V: "
               f"safe after {one.safe_s:.3f} s, {one.missing_s:.3f} s missing", flush=True)

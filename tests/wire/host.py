@@ -23,8 +23,8 @@ def long_plan(size: int = 200_000, rate_hz: float = 10_000.0) -> Plan:
 
 
 def short_plan(rate_hz: float = 10_000.0) -> Plan:
-    """Return a plan of 2 s between 2 and 6 V, its safe level 1 V, its ramp that of a protocol which names none."""
-    u = 4.2 + 2.0 * np.sin(np.arange(round(2.0 * rate_hz)) * 0.01)
+    """Return a plan of 1.6 s between 2 and 6 V, its safe level 1 V, its ramp that of a protocol which names none."""
+    u = 4.2 + 2.0 * np.sin(np.arange(round(1.6 * rate_hz)) * 0.01)
     return Plan("waves", u, rate_hz, (Step("waves", "sine", 0, u.size),), Limits(-10.0, 10.0, None), safe_level_v=1.0)
 
 
