@@ -2,11 +2,17 @@
 
 #include "settings.h"
 
-/* CRC-32 of the sixteen half bytes, polynomial EDB88320h (reversed). */
-static const uint32_t HALF_BYTES[16] FLASH = {
-    0x00000000, 0x1DB71064, 0x3B6E20C8, 0x26D930AC, 0x76DC4190, 0x6B6B51F4, 0x4DB26158, 0x5005713C,
-    0xEDB88320, 0xF00F9344, 0xD6D6A3E8, 0xCB61B38C, 0x9B64C2B0, 0x86D3D2D4, 0xA00AE278, 0xBDBDF21C,
-};
+/* CRC-32 of a byte, polynomial EDB88320h (reversed): that of a sum is the sum of those of its bits. */
+#define OF_BIT(byte, bit, crc) ((byte) >> (bit) & 1 ? (crc) : 0)
+#define OF(byte) \
+    (OF_BIT(byte, 0, 0x77073096) ^ OF_BIT(byte, 1, 0xEE0E612C) ^ OF_BIT(byte, 2, 0x076DC419) \
+     ^ OF_BIT(byte, 3, 0x0EDB8832) ^ OF_BIT(byte, 4, 0x1DB71064) ^ OF_BIT(byte, 5, 0x3B6E20C8) \
+     ^ OF_BIT(byte, 6, 0x76DC4190) ^ OF_BIT(byte, 7, 0xEDB88320))
+#define FOUR(byte) OF(byte), OF((byte) + 1), OF((byte) + 2), OF((byte) + 3)
+#define SIXTEEN(byte) FOUR(byte), FOUR((byte) + 4), FOUR((byte) + 8), FOUR((byte) + 12)
+#define SIXTY_FOUR(byte) SIXTEEN(byte), SIXTEEN((byte) + 16), SIXTEEN((byte) + 32), SIXTEEN((byte) + 48)
+
+static const uint32_t OF_BYTE[256] FLASH = {SIXTY_FOUR(0), SIXTY_FOUR(64), SIXTY_FOUR(128), SIXTY_FOUR(192)};
 
 /* Shift one byte in, polynomial 1021h: the eight steps of the long division in four exclusive ors. */
 uint16_t crc16(uint16_t crc, uint8_t byte)
@@ -18,9 +24,8 @@ uint16_t crc16(uint16_t crc, uint8_t byte)
     return crc;
 }
 
-/* Shift one byte in, half a byte at a time: the table of whole bytes would be half the memory of a small controller. */
+/* Shift one byte in: this is most of the work of a sample, so a kilobyte of flash for it is well spent. */
 uint32_t crc32(uint32_t crc, uint8_t byte)
 {
-    crc = flash_word(&HALF_BYTES[(crc ^ byte) & 15]) ^ crc >> 4;
-    return flash_word(&HALF_BYTES[(crc ^ (uint8_t)(byte >> 4)) & 15]) ^ crc >> 4;
+    return flash_word(&OF_BYTE[(uint8_t)crc ^ byte]) ^ crc >> 8;
 }

@@ -7,6 +7,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
+from drivers.emulators.faults import Faults
 from identify.trace import Array
 from rig.device import Device, Flag
 from rig.errors import DeviceError
@@ -47,7 +48,8 @@ def test_it_records_what_the_emulator_does_to_the_last_bit_noise_included() -> N
     rig, rate_hz = read_rig(shipped("rigs/opamp_backlash.yaml")).text, 2000.0
     u = 8.0 * np.sin(np.arange(3000) * 0.01)
     recorded = []
-    emulator = emulated(rig, speed=4, **{field.name: getattr(UNO, field.name) for field in fields(UNO)})
+    roomy = {"output_fifo": 32768, "input_fifo": 32768}  # its clock does not wait for a busy computer
+    emulator = emulated(rig, speed=4, **{field.name: getattr(UNO, field.name) for field in fields(UNO)} | roomy)
     for device in (on_simavr(rig, speed=4), emulator):
         with device as there, connect(there.address) as connected:
             recorded.append([played(connected, sign * u, rate_hz) for sign in (1.0, -1.0)])
@@ -66,7 +68,28 @@ def test_every_sample_is_read_and_put_out_in_its_time(board: Board, rate_hz: flo
         device.safe()
     period = FREQUENCY_HZ / rate_hz
     assert not seen.troubles
+    assert seen.idle > 0.1, "the processor has next to no time left"
     assert period - 160 < seen.periods[0] <= period <= seen.periods[1] < period + 160, "a sample is off by 10 us"
+
+
+@pytest.mark.parametrize("faults", [
+    Faults(drop=3e-4, spare=3000, seed=1), Faults(corrupt=3e-4, spare=3000, seed=2),
+], ids=["dropped", "corrupted"])
+def test_on_a_bad_line_no_sample_is_wrong_and_none_is_missing_in_silence(faults: Faults) -> None:
+    u = 4.0 * np.sin(np.arange(3000) * 0.01)
+    with on_simavr(GAIN, faults=faults) as board, connect(board.address) as device:
+        y, flags = np.full(u.size, np.nan), Flag.NONE
+        for block in device.stream(u, 1000.0, LIMITS):
+            assert block.start == np.isfinite(y).sum() or flags & Flag.LINK_LOSS
+            y[block.start:block.stop] = block.y
+            flags |= block.flags
+        expected = 3.0 * np.concatenate([[0.0], device.quantise(u)[:-1]])
+        device.safe()
+    here = np.isfinite(y)
+    assert Flag.RESENT in flags, "the line lost nothing"
+    assert here.all() or Flag.LINK_LOSS in flags
+    assert here.mean() > 0.9
+    assert np.abs(y - expected)[here].max() <= 0.5001 * UNO.capabilities.input_lsb_v
 
 
 def test_a_firmware_that_hangs_is_restarted_and_makes_the_output_safe(board: Board) -> None:

@@ -52,13 +52,16 @@ CONTEXT.set_forkserver_preload(["tests.wire.emulated", "tests.wire.warm"])
 
 @dataclass(frozen=True)
 class Seen:
-    """What the board really does, not asked over its link; ``periods`` are the shortest and longest of the last run."""
+    """What the board really does, not asked over its link; ``periods`` are the shortest and longest of the last run, in
+    cycles of the processor, ``idle`` is the part of it that the processor slept.
+    """
 
     level_v: float | None = None
     played: int = 0
     runs: int = 0
     resets: int = 0
     periods: tuple[int, int] = (0, 0)
+    idle: float = 0.0
     troubles: tuple[str, ...] = ()
 
 
@@ -180,7 +183,7 @@ class _Rig:
         if kind in (SAMPLE, LEVEL):
             self.seen = replace(self.seen, level_v=float(self._bench.dac.volts(np.array([a]))[0]))
         elif kind == END:
-            self.seen, self.position = replace(self.seen, periods=(b, c)), 0
+            self.seen, self.position = replace(self.seen, periods=(b, c), idle=a / 1000), 0
         elif kind == RESET:
             self.seen = replace(self.seen, resets=self.seen.resets + 1)
         elif kind == FAULT:

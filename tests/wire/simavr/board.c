@@ -8,7 +8,7 @@
  *
  *   SAMPLE code, number in the run, period in cycles   answered by one 32-bit number: the code the ADC reads
  *   LEVEL  code                                        the output moved with no reading
- *   END    0, shortest, longest period in cycles       the lamp went out
+ *   END    idle, shortest, longest period in cycles    the lamp went out; idle are thousandths of the run asleep
  *   FAULT  which                                       something no real board would have forgiven
  *   RESET                                              the controller was reset as it was asked
  *
@@ -53,7 +53,7 @@ static avr_uart_t *uart;
 static uint16_t word;
 static uint8_t bits;
 static bool lamp, reading;
-static avr_cycle_count_t read_at, shortest, longest;
+static avr_cycle_count_t read_at, shortest, longest, lit_at, asleep;
 static uint32_t number;
 static volatile sig_atomic_t asked_reset, asked_hang;
 
@@ -140,8 +140,10 @@ static void on_select(avr_irq_t *irq, uint32_t high, void *unused)
 static void on_lamp(avr_irq_t *irq, uint32_t high, void *unused)
 {
     if (lamp && !high)
-        exchange(END, 0, (int32_t)shortest, (int32_t)longest);
+        exchange(END, (int32_t)(1000 * asleep / (avr->cycle - lit_at)), (int32_t)shortest, (int32_t)longest);
     lamp = high;
+    lit_at = avr->cycle;
+    asleep = 0;
     reading = false;
     number = 0;
     shortest = UINT32_MAX;
@@ -218,8 +220,10 @@ static void keep_pace(double *start, avr_cycle_count_t *from)
         exit(0);
 }
 
-static void no_sleep(avr_t *unused, avr_cycle_count_t cycles)
+/* Sleep costs no time here: simavr goes on to what wakes the controller. */
+static void count_sleep(avr_t *unused, avr_cycle_count_t cycles)
 {
+    asleep += cycles;
 }
 
 static void ask(int which)
@@ -273,7 +277,7 @@ static void power_up(const char *path)
     avr_load_firmware(avr, &firmware);
     avr->vcc = avr->avcc = avr->aref = SUPPLY_MV;
     avr->log = LOG_ERROR;
-    avr->sleep = no_sleep;
+    avr->sleep = count_sleep;
     wire();
 }
 
