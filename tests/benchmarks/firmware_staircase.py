@@ -2,8 +2,8 @@
 
     python -m tests.benchmarks.firmware_staircase 1000 5000         # rates in Hz
 
-The firmware runs in simavr in front of the same simulated rig (tests/wire/simavr), through its own 12-bit DAC and 10-bit
-ADC. Printed are what ``rig explain`` says missing and the borders with their 95 % half widths.
+The firmware runs in simavr in front of the same simulated rig (tests/wire/simavr), through its own 12-bit DAC and
+10-bit ADC. Printed are what ``rig explain`` says missing and the borders with their 95 % half widths.
 """
 
 import sys
@@ -46,9 +46,9 @@ class Answer:
         told = self.told.to_dict()
         held = told["fit"]["held_out"]  # type: ignore[index, call-overload]
         effects = ", ".join(effect["id"] for effect in told["effects"])  # type: ignore[attr-defined]
-        borders = " | ".join("{:.4f} ± {:.4f}".format(*self.border(name)) for name in BORDERS)
-        return (f"| {self.device} | {self.rate_hz:g} | {self.samples} | {self.played_s:.1f} | {told['verdict']}: {effects} "
-                f"| {borders} | {held['after'] / held['noise']:.3f} |")
+        borders = " | ".join("{:.5f} ± {:.5f}".format(*self.border(name)) for name in BORDERS)
+        return (f"| {self.device} | {self.rate_hz:g} | {self.samples} | {self.played_s:.1f} "
+                f"| {told['verdict']}: {effects} | {borders} | {held['after'] / held['noise']:.3f} |")
 
 
 HEADER = (f"| device | rate [Hz] | samples | played in [s] | told | {' | '.join(BORDERS)} | held out / noise |\n"
