@@ -20,6 +20,7 @@ from identify.readings.blemish import Blemish
 from identify.readings.coloured_noise import ColouredNoise, coloured_noise
 from identify.readings.grid import adc_steps
 from identify.readings.mend import Mended, answer, mended
+from identify.readings.range_end import RangeEnd, range_ends
 from identify.stage import Place
 from identify.trace import Trace
 
@@ -55,20 +56,30 @@ def read(
     """
     raw = split(model, traces, hold_out)
     bench, before = prepared(raw)
-    recorded = Mended(tuple(traces), tuple(hold_out), ())
+    recorded, ends = _within(traces, hold_out, raw.noise.rms_v, leave_out)
 
     def undone(seen: Mended) -> Readings:
-        data = split(model, seen.training, seen.proof) if seen.found else raw
+        data = split(model, seen.training, seen.proof) if seen.found or ends else raw
         data, noise = _whitened(data, seen, settling_s(model), leave_out)
         again = (bench, before) if data is raw else prepared(data)
-        found = (*seen.found, *noise)
+        found = (*ends, *seen.found, *noise)
         return Readings(recorded.training, recorded.proof, raw, before, data, *again, found, settling_s(model))
 
     if against is not None:
-        return undone(mended(against, traces, hold_out, raw.noise.rms_v, leave_out))
+        return undone(mended(against, recorded.training, recorded.proof, raw.noise.rms_v, leave_out))
     seen = _looked(before.fit.chain, recorded, raw.noise.rms_v, leave_out, lambda m: _fitted(model, m, prepared))
     found = undone(seen)
     return undone(recorded) if seen.found and found.plain.misfit > WORTH * before.misfit else found
+
+
+def _within(
+    traces: Sequence[Trace], hold_out: Sequence[Trace], noise_v: float, leave_out: Sequence[str]
+) -> tuple[Mended, tuple[RangeEnd, ...]]:
+    """Return the recordings as far as the range of the ADC shows them, and its ends: readings alone tell of these."""
+    if RangeEnd.id in leave_out:
+        return Mended(tuple(traces), tuple(hold_out), ()), ()
+    seen, ends = range_ends([*traces, *hold_out], noise_v)
+    return Mended(seen[: len(traces)], seen[len(traces) :], ()), ends
 
 
 def _fitted(model: Model, seen: Mended, prepared: Prepared) -> Chain:
@@ -115,7 +126,7 @@ def reread(readings: Readings, chain: Chain, explained: Sequence[Effect], leave_
     if noise and coloured_noise(*_left(readings, chain), readings.settle_s) is None:
         noise = ()  # it was physics that does not come back with the stimulus, and is explained
     found = mended(chain, readings.traces, readings.hold_out, readings.data.noise.rms_v, leave_out).found
-    found = (*found, *noise)
+    found = (*(b for b in readings.found if b.id == RangeEnd.id), *found, *noise)
     if "adc_quantisation" not in (*(effect.id for effect in explained), *leave_out):
         found = (*found, *adc_steps([*readings.traces, *readings.hold_out], readings.data.noise.rms_v))
     return replace(readings, found=found)
@@ -132,7 +143,8 @@ def _left(readings: Readings, chain: Chain) -> tuple[list[Trace], list[Trace]]:
 
 def finding(blemish: Blemish) -> Finding:
     """Return what is said of one blemish."""
-    parameters = {short(p.name): (blemish.values[short(p.name)], p.unit) for p in blemish.declared}
+    named = ((short(p.name), p.unit) for p in blemish.declared)
+    parameters = {name: (blemish.values[name], unit) for name, unit in named if name in blemish.values}
     told = [f"{name} {shown_interval(interval, unit)}" for name, (interval, unit) in parameters.items()]
     words = ", ".join(told) + (f" ({blemish.where})" if blemish.where else "")
     others = blemish.confused_with

@@ -8,9 +8,10 @@ from identify.readings.blemish import Blemish
 from identify.readings.coloured_noise import ColouredNoise
 from identify.readings.grid import AdcSteps
 from identify.readings.missing_samples import MissingSamples
+from identify.readings.range_end import RangeEnd
 from identify.readings.spikes import Spikes
 
 
 def blemishes() -> dict[str, type[Blemish]]:
     """Return every kind of blemish by id."""
-    return {kind.id: kind for kind in (AdcSteps, ColouredNoise, MissingSamples, Spikes)}
+    return {kind.id: kind for kind in (AdcSteps, ColouredNoise, MissingSamples, RangeEnd, Spikes)}

@@ -1,0 +1,66 @@
+"""Is the end of the ADC's range told from the readings alone, and from nothing that only looks like it?"""
+
+import numpy as np
+import pytest
+
+from identify.readings.range_end import range_ends
+from identify.trace import Trace
+from tests.proof.cases import Concealed
+from tests.proof.rigs import OP_AMP
+from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
+from tests.trials import noisy, recorded
+
+NOISE_V = OP_AMP.noise_v
+STAIRS = staircase("stairs", FIG13_LEVELS_V, 0.05, 2)
+SINE = sine("sine", 10.0, 3.4, 5, 2)
+RAIL_V = 6.0
+
+
+def quiet(stimulus, *physics):
+    return recorded(OP_AMP, stimulus, physics)
+
+
+def clipped(trace, upper=np.inf, lower=-np.inf, lsb=0.0):
+    y = np.clip(trace.y, lower, upper)
+    return Trace(trace.name, trace.rate_hz, trace.u, lsb * np.rint(y / lsb) if lsb else y)
+
+
+def read(stimulus, *physics, seed=3):
+    return noisy(quiet(stimulus, *physics), NOISE_V, seed)
+
+
+@pytest.mark.parametrize("stimulus", [STAIRS, SINE], ids=lambda s: s.name)
+@pytest.mark.parametrize("lsb", [0.0, 0.002])
+def test_an_end_that_stops_the_noise_is_told_exactly_and_what_it_cut_is_left_out(stimulus, lsb):
+    trace = clipped(read(stimulus), upper=RAIL_V, lsb=lsb)
+    (seen,), (told,) = range_ends([trace], NOISE_V)
+    assert set(told.values) == {"upper"}
+    assert told.values["upper"].low <= RAIL_V <= told.values["upper"].high
+    assert told.values["upper"].high - told.values["upper"].low <= max(lsb, 1e-7)
+    assert told.p_value < 1e-6
+    left_out = ~seen.valid
+    without_it = quiet(stimulus).y > RAIL_V - 2.0 * NOISE_V
+    assert np.all(left_out[without_it & (trace.y > RAIL_V - NOISE_V)])
+    assert np.count_nonzero(left_out & ~without_it) < 0.02 * trace.size
+
+
+def test_both_ends_are_told_and_counted_over_all_recordings():
+    traces = [clipped(read(s, seed=i), RAIL_V, -7.0) for i, s in enumerate((STAIRS, SINE))]
+    seen, (told,) = range_ends(traces, NOISE_V)
+    assert (told.values["upper"].value, told.values["lower"].value) == (RAIL_V, -7.0)
+    assert [trace.name for trace in seen] == ["stairs", "sine"]
+
+
+@pytest.mark.parametrize("trace", [
+    read(STAIRS), read(SINE), read(STAIRS, Concealed("saturation", {"upper": 10.0, "lower": -10.0})),
+    clipped(read(STAIRS), lsb=0.004), clipped(read(SINE), lsb=0.02), clipped(read(STAIRS), RAIL_V, lsb=0.05),
+], ids=["clean", "clean sine", "rails of F", "fine steps", "coarse steps", "wide steps"])  # fmt: skip
+def test_what_only_looks_like_it_is_left_as_it_is(trace):
+    seen, told = range_ends([trace], NOISE_V)
+    assert told == ()
+    assert seen == (trace,)
+
+
+@pytest.mark.parametrize("noise_v", [0.0, 1e-9])
+def test_where_no_noise_is_that_an_end_could_stop_none_is_told(noise_v):
+    assert range_ends([quiet(STAIRS)], noise_v)[1] == ()
