@@ -15,7 +15,6 @@ from rig.device import RATE_TOLERANCE, Array, Block, Capabilities, Device, Flag,
 from rig.errors import FileError, RefusedError, UsageError
 from rig.recorded import Entry, Equipment, Recording
 from rig.recording import read
-from rig.session import VOLTAGES
 from rig.units import quantity
 
 BLOCK = 4096
@@ -99,7 +98,9 @@ class ReplayDevice(Device):
         flags = Flag.NONE if start == run.position else Flag.LINK_LOSS
         run.position = stop
         self._level = float(run.recording.u[max(stop - 1, 0):max(stop, 1)][0])
-        return Block(start, run.recording.y[start:stop], flags | self._clipped(run.recording.y[start:stop]))
+        y, *further = [signal[start:stop] for signal in run.recording.inputs().values()][:self._inputs]
+        flags |= self._clipped(y)
+        return Block(start, y, flags, np.array(further)) if further else Block(start, y, flags)
 
     def _clipped(self, y: Array) -> Flag:
         """Return whether a reading is at an end of the range the device had."""
@@ -145,7 +146,8 @@ def _of_one_device(recordings: Sequence[Recording]) -> tuple[Identity, Capabilit
     rates = [recording.rate_hz for recording in recordings]
     return _who(first), Capabilities(low, high, input_low, input_high, min(rates), max(rates), int(output_bits),
                                      int(input_bits), max_samples=max(recording.u.size for recording in recordings),
-                                     output_step_v=_step_v(first))
+                                     output_step_v=_step_v(first),
+                                     inputs=min(len(recording.inputs()) for recording in recordings))
 
 
 def _who(equipment: Equipment) -> Identity:
@@ -161,11 +163,10 @@ def _step_v(equipment: Equipment) -> float | None:
 
 def _ranges(recording: Recording) -> tuple[float, ...] | None:
     """Return output and input range in V and bits, as the device told them; None where it told none."""
-    settings = recording.origin.equipment.settings
-    if not {*VOLTAGES, "output_bits", "input_bits"} <= settings.keys():
+    equipment = recording.origin.equipment
+    if equipment.ranges_v is None or not {"output_bits", "input_bits"} <= equipment.settings.keys():
         return None
-    volts = [quantity(settings[name], "V") for name in VOLTAGES]
-    return (*volts, int(settings["output_bits"]), int(settings["input_bits"]))
+    return (*equipment.ranges_v, int(equipment.settings["output_bits"]), int(equipment.settings["input_bits"]))
 
 
 def _seen(recordings: Sequence[Recording]) -> tuple[float, ...]:

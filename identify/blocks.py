@@ -119,8 +119,8 @@ class LinearBlock(Stage):
         return max(self.fixed_delay_s + sum(values[len(values) - len(self.delays) :]), 0.0)
 
     def late(self, values: Values, grid: Grid) -> tuple[int, float]:
-        """Return by how many whole steps, and by which fraction of one, it is late."""
-        steps = self.delay_s(values) / grid.step_s
+        """Return by how many whole steps, and by which fraction of one, it is late; G2 has the device's delay, too."""
+        steps = (self.delay_s(values) + (grid.late_s if self.place is Place.G2 else 0.0)) / grid.step_s
         whole = int(np.floor(steps + 1e-9))
         return whole, max(steps - whole, 0.0)
 

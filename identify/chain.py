@@ -162,7 +162,7 @@ def _late(g2: LinearBlock, model: Model) -> tuple[LinearBlock, dict[str, float]]
 
 def grid_of(trace: Trace, substeps: int = 1) -> Grid:
     """Return the instants on which ``trace`` is simulated."""
-    return Grid(trace.name, 1.0 / (trace.rate_hz * substeps), substeps, trace.start_s)
+    return Grid(trace.name, 1.0 / (trace.rate_hz * substeps), substeps, trace.start_s, trace.late_s)
 
 
 def chunks(source: Samples, grid: Grid, samples: int | None = None) -> Iterator[Block]:

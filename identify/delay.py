@@ -13,6 +13,7 @@ from identify.blocks import LinearBlock
 from identify.chain import Chain
 from identify.fit import Fit
 from identify.interval import Interval
+from identify.trace import Trace
 
 
 def delay_s(chain: Chain) -> float:
@@ -29,6 +30,12 @@ def total_delay(fit: Fit, wider: float = 1.0) -> Interval:
         return Interval(value, rest + low, rest + high)
     half = 1.96 * wider * _sd_of_sum(fit, names)
     return Interval(value, value - half, value + half)
+
+
+def device_doubt_s(traces: Sequence[Trace]) -> float:
+    """Return half the widest interval of the delays that are known to be the devices' own, s; 0 where none is."""
+    used = [t.device.late for t in traces if t.device is not None and not t.device.unused]
+    return max((0.5 * (late.high - late.low) for late in used), default=0.0)
 
 
 def _searched(fit: Fit) -> list[str]:

@@ -11,6 +11,7 @@ from identify.interval import Interval, number
 from identify.model import Model, Rational
 from identify.noise import Noise
 from identify.observe import Observation
+from identify.of_device import devices_dict
 from identify.uncertainty.certainty import Certainty
 
 if TYPE_CHECKING:
@@ -148,6 +149,7 @@ class Identification:
             "profiled": sorted(self.certainty.profiled) if self.certainty else [],
             "advice": [item.to_dict() for item in self.advice],
             "steps": [step.to_dict() for step in self.steps],
+            "device": devices_dict([o.trace for o in self.observations]),
         }  # fmt: skip
 
     def _backlash(self) -> dict[str, object]:

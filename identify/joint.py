@@ -13,7 +13,7 @@ from identify.bent.curves import Bend, Form, bend_of, bending, in_form
 from identify.bent.reach import within_reach
 from identify.blocks import LinearBlock
 from identify.colour import WHITE, Grain, grains_of
-from identify.delay import total_delay
+from identify.delay import device_doubt_s, total_delay
 from identify.effects import chain_of
 from identify.fit import Fit, fit
 from identify.harmonic.nonparametric import Evidence, nonparametric
@@ -155,7 +155,7 @@ def _answer(
         fit_percent=100.0 * (1.0 - rms_v / spread_v) if spread_v > 0.0 else 0.0, borders=normalised, own_scale=own,
         g1=points(found, blocks["G1"], frequencies, wider, scale.v_p),
         g2=points(found, blocks["G2"], harmonics, wider, lambda chain: scale.g2_gain),
-        delay=_delay(found, sure, wider), bend=bend,
+        delay=_delay(found, sure, wider, observations), bend=bend,
         staircase=stairs, not_identifiable=unidentifiable(model, refitted, found, observations, stairs, wider),
         own_points=_own_points(found, frequencies, harmonics, wider), certainty=sure,
         measured=nonparametric(Evidence(refitted, found, told, wider), observations, scale),
@@ -171,10 +171,15 @@ def _certain(model: Model, observations: tuple[Observation, ...], found: Fit, wi
     return with_profiles(certainty(model, found, wider), model, fitted)
 
 
-def _delay(found: Fit, sure: Certainty, wider: float) -> Interval:
-    """Return the sum of all dead times; by profile where that is G2's alone and was taken."""
+def _delay(found: Fit, sure: Certainty, wider: float, observations: Sequence[Observation]) -> Interval:
+    """Return the sum of all dead times; by profile where that is G2's alone and was taken.
+
+    What is not sure of a device's own delay is not sure of the rig's.
+    """
     total, own = total_delay(found, wider), sure.profiled.get("G2.dead_time")
-    return own if own is not None and isclose(own.value, total.value) else total
+    told = own if own is not None and isclose(own.value, total.value) else total
+    doubt_s = device_doubt_s([o.trace for o in observations]) if told.high > told.low else 0.0
+    return replace(told, low=max(told.low - doubt_s, 0.0) if told.low >= 0.0 else told.low, high=told.high + doubt_s)
 
 
 def _own_points(

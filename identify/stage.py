@@ -59,12 +59,16 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Grid:
-    """The instants of one run: ``substeps`` steps of ``step_s`` to a sample, the first at ``start_s``."""
+    """The instants of one run: ``substeps`` steps of ``step_s`` to a sample, the first at ``start_s``.
+
+    By ``late_s`` the device reads late whatever the rig does; it is taken with the delay of G2.
+    """
 
     run: str
     step_s: float
     substeps: int = 1
     start_s: float = 0.0
+    late_s: float = 0.0
 
 
 @dataclass(frozen=True)

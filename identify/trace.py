@@ -8,6 +8,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from identify.interval import Interval
+
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Intersample = Literal["held", "linear", "bandlimited"]
@@ -105,13 +107,28 @@ class Step:
 
 
 @dataclass(frozen=True)
+class KnownDevice:
+    """What is known of the device of a recording: how late it reads, s, with its 95 % interval, and from where.
+
+    ``unused`` says why the delay is not left out of the rig's, empty when it is. ``facts`` are further quantities with
+    their units, by name: told, not used.
+    """
+
+    late: Interval
+    origin: str
+    unused: str = ""
+    facts: tuple[tuple[str, Interval, str], ...] = ()
+
+
+@dataclass(frozen=True)
 class Trace:
     """One recording on a uniform time base.
 
     ``u`` and ``y`` are in V, shape (N,). y[k] is read at t[k] = start_s + k / rate_hz, just before u[k] acts.
     ``intersample`` says what u is between samples: held (a DAC), linear or bandlimited (a measured signal).
     ``valid`` is False where a sample was lost; None when every sample is there. ``from_rest`` is False when the rig
-    was already in motion at the first sample, so that its state there is unknown.
+    was already in motion at the first sample, so that its state there is unknown. The delay of a known ``device`` is
+    not the rig's, and not searched.
     """
 
     name: str
@@ -123,6 +140,7 @@ class Trace:
     steps: tuple[Step, ...] = ()
     valid: Mask | None = field(default=None)
     from_rest: bool = True
+    device: KnownDevice | None = None
 
     def __post_init__(self) -> None:
         """Freeze the arrays and refuse what cannot be a recording (ValueError)."""
@@ -139,6 +157,11 @@ class Trace:
     def size(self) -> int:
         """Return the number of samples."""
         return int(self.u.size)
+
+    @property
+    def late_s(self) -> float:
+        """Return by how much the readings are known to be late by the device alone, s."""
+        return 0.0 if self.device is None or self.device.unused else self.device.late.value
 
     def until(self, size: int) -> "Trace":
         """Return the run up to sample ``size``, the step there ending with it; itself when it is no longer."""

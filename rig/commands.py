@@ -8,7 +8,9 @@ from typing import Any
 
 import click
 
+from rig import device_commands
 from rig.typed import (
+    calibration_option,
     check_destinations,
     command,
     commands,
@@ -26,7 +28,7 @@ from rig.typed import (
     say,
 )
 
-__all__ = ["commands"]
+__all__ = ["commands", "device_commands"]
 
 
 @command(
@@ -118,31 +120,6 @@ def design(
     say(narration.designed(done))
 
 
-@command("devices", "rig devices")
-def devices() -> None:
-    """List what is attached, by identity."""
-    from rig import narration, registry
-
-    say(narration.devices(registry.discover()))
-
-
-@command("emulate", "rig emulate serial", "rig emulate serial --rig rigs/opamp_backlash.yaml --speed 10")
-@click.argument("kind")
-@click.option("--rig", default="rigs/opamp_backlash.yaml", show_default=True, help="The rig it is wired to.")
-@click.option("--speed", type=click.FloatRange(0.1, 1e3), default=1.0, show_default=True, help="Speed of its clock.")
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Draws other noise.")
-def emulate(kind: str, rig: str, speed: float, seed: int) -> None:
-    """Offer an emulated device until Ctrl-C.
-
-    KIND is that of its address, such as serial. It is byte-accurate, on a real port; its address is printed first.
-    """
-    from rig.emulation import emulate as offer
-    from rig.rigfile import read_rig
-    from rig.session import shipped
-
-    offer(kind, read_rig(shipped(rig)), click.echo, speed, seed)
-
-
 @command("import", "rig import scope.csv --time Time --input CH1 --output CH2 --rig rig.yaml --out run.h5",
          "rig import table.csv.gz --input 1 --output 2 --rate 51200 --rows 5200:105200 --out train.h5")  # fmt: skip
 @click.argument("table")
@@ -191,12 +168,13 @@ def import_table(
 @rig_option
 @click.option("--borders", type=click.Choice(["straight", "curved"]), help="Their form; else as the rig file has them.")
 @click.option("--knots", type=click.IntRange(3, 60), help="Points of each curved border; else told by the data.")
+@calibration_option
 @json_option
 @report_option
 @quiet_option
 def identify(
-    runs: Sequence[str], rig: str | None, borders: Any, knots: int | None, json_to: str | None, report: str | None,
-    quiet: bool,
+    runs: Sequence[str], rig: str | None, borders: Any, knots: int | None, calibration: str | None,
+    json_to: str | None, report: str | None, quiet: bool,
 ) -> None:  # fmt: skip
     """Tell which rig made the recordings.
 
@@ -208,7 +186,7 @@ def identify(
     if knots is not None and borders != "curved":
         raise UsageError("--knots is of curved borders", value=str(knots), do="add --borders curved")
     check_destinations(json_to, report)
-    loaded = workflow.load(runs, rig)
+    loaded = workflow.load(runs, rig, (), calibration)
     with terminal.bar("identifying", quiet) as progress:
         found = workflow.identify_runs(loaded, progress, borders, knots)
     deliver(found, json_to, report, lambda: workflow.identification_html(found), narration.identified(found))
@@ -221,12 +199,13 @@ def identify(
 @click.option("--hold-out", multiple=True, metavar="RUN", help="Keep this run for the proof; may be given again.")
 @click.option("--follow-up", metavar="ADDRESS", help="Play on this device what would decide open questions.")
 @click.option("--separate", metavar="FOLDER", help="Where protocols that would decide go; else beside the answer.")
+@calibration_option
 @json_option
 @report_option
 @quiet_option
 def explain(
     runs: Sequence[str], rig: str | None, hold_out: Sequence[str], follow_up: str | None, separate: str | None,
-    json_to: str | None, report: str | None, quiet: bool,
+    calibration: str | None, json_to: str | None, report: str | None, quiet: bool,
 ) -> None:  # fmt: skip
     """Tell what physics the model lacks.
 
@@ -237,7 +216,7 @@ def explain(
 
     check_destinations(json_to, report)
     asked = followup.Asked(tuple(runs), rig, tuple(hold_out), followup.folder(separate, json_to, report, follow_up),
-                           follow_up)
+                           follow_up, calibration)
     with terminal.bar("explaining", quiet) as progress:
         done = followup.explain(asked, workflow.part(progress, 0.0, 0.8 if report else 1.0))
         found = workflow.identify_improved(done.runs, done.told, workflow.part(progress, 0.8, 1.0)) if report else None

@@ -27,6 +27,7 @@ class Asked:
     hold_out: tuple[str, ...]
     folder: Path | None
     device: str | None = None
+    calibration: str | None = None
 
 
 @dataclass(frozen=True)
@@ -97,7 +98,7 @@ def explain(asked: Asked, progress: Progress) -> Followed:
 
     Raises what loading, explaining and playing raise.
     """
-    runs = workflow.load(asked.runs, asked.rig, asked.hold_out)
+    runs = workflow.load(asked.runs, asked.rig, asked.hold_out, asked.calibration)
     _playable(asked, runs.traces)
     if asked.device:
         asked = replace(asked, device=session.at_rig(asked.device, runs.rig))
@@ -109,7 +110,7 @@ def explain(asked: Asked, progress: Progress) -> Followed:
         start = (1 + len(rounds)) * stretch
         rounds.append(Round(written, _recorded(written, asked.device, part(progress, start, start + 0.1 * stretch))))
         new = [str(path) for each in rounds for path in each.recordings]
-        runs = workflow.load([*asked.runs, *new], asked.rig, asked.hold_out)
+        runs = workflow.load([*asked.runs, *new], asked.rig, asked.hold_out, asked.calibration)
         told = workflow.explain_runs(runs, part(progress, start + 0.1 * stretch, start + 0.9 * stretch))
         told = workflow.revised(told, [w.separation.members for each in rounds for w in each.written])
         written = _written(asked, runs, told, part(progress, start + 0.9 * stretch, start + stretch))

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from identify.explain.explanation import Explanation, Finding
     from identify.identification import Identification, Unidentifiable
     from identify.planning.information import Information, StepInformation
+    from rig.calibrating import Calibrated
     from rig.design import Designed
     from rig.foresight import Foresight
     from rig.recorded import Recording
@@ -95,6 +96,21 @@ def recorded(done: "Recorded") -> Iterator[str]:
         yield f"  retried: give all of {' '.join(map(str, done.paths))} to `rig identify` and `rig explain`"
 
 
+def calibrated(done: "Calibrated") -> Iterator[str]:
+    """Tell what a cable told, and where it is kept."""
+    found = done.calibration
+    yield f"{done.path}: {found.origin}"
+    yield f"  delay     {shown_interval(found.delay, 's')}, time constant {shown_interval(found.time_constant, 's')}"
+    if unused := found.delay_not_used():
+        yield f"            {unused}"
+    yield f"  skew      {shown_interval(found.skew, 'ppm')}"
+    yield from (f"  {name}   read {shown_interval(skew, 's')} later" for name, skew in found.input_skews.items())
+    yield f"  gain      {shown_interval(found.gain, 'V/V')}, offset {shown_interval(found.offset, 'V')}"
+    yield f"  noise     {shown_interval(found.noise, 'V')}"
+    yield f"  step      {shown_interval(found.input_step, 'V') if found.input_step else 'the readings lie on no grid'}"
+    yield from (f"  warning   {text}" for text in found.warnings)
+
+
 def imported(recording: "Recording", path: str) -> Iterator[str]:
     """Tell what a table became."""
     first = "at rest" if recording.initial == "rest" else "in motion"
@@ -126,6 +142,7 @@ def simulated(played: "Simulated") -> Iterator[str]:
 
 def identified(found: "Identification") -> Iterator[str]:
     """Tell which rig it was, how sure that is, and what cannot be told."""
+    from identify.of_device import device_lines
     from identify.page.report import FITTED, block_note, identification_sentence, line_sentence, physics_lines
 
     yield identification_sentence(found)
@@ -143,6 +160,7 @@ def identified(found: "Identification") -> Iterator[str]:
         yield f"  {name}  {told}{f' ({note})' if note else ''}"
     if found.delay.value:
         yield f"  delay in all, given to G2: {shown_interval(found.delay, 's')}"
+    yield from (f"  {line}" for line in device_lines([o.trace for o in found.observations]))
     yield from (f"  {name} in {stage}  {values}" for name, stage, values in physics_lines(found.model))
     yield from _step_lines(found.steps)
     yield f"  fit {found.fit_percent:.4g} % of the variation of y; {found.noise_words}"
@@ -176,6 +194,8 @@ def _untold(heading: str, items: "Sequence[Unidentifiable]") -> Iterator[str]:
 
 def explained(told: "Explanation") -> Iterator[str]:
     """Tell the verdict, the place, the physics, the doubt and the proof."""
+    from identify.of_device import device_lines
+
     yield f"{told.verdict.replace('_', ' ').upper()}. {told.sentence}"
     noise = told.noise.rms_v
     yield (f"  mismatch {shown(told.mismatch_v, 'V', 3)} rms, {told.mismatch_v / noise:.3g} x the noise of "
@@ -188,6 +208,7 @@ def explained(told: "Explanation") -> Iterator[str]:
     yield (f"  proof    held out ({', '.join(told.held_out.runs) or told.held_out.how}): "
            f"{shown(before, 'V')} before, {shown(after, 'V')} after, noise {shown(noise, 'V')}")
     yield f"  remains  {told.remaining.sentence}"
+    yield from (f"  device   {line}" for line in device_lines([o.trace for o in (*told.train, *told.test)]))
     yield from (f"  warning  {text}" for text in told.warnings)
 
 

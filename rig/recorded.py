@@ -12,9 +12,14 @@ from numpy.typing import NDArray
 from identify.trace import Intersample, Mask, Samples, Step, Stored, Trace, blocks, frozen, part
 from rig.errors import FileError
 from rig.samples import Bridged
+from rig.units import quantity
 
 Ledger = NDArray[np.uint8]
 Initial = Literal["rest", "in_motion"]
+
+
+VOLTAGES = ("output_low", "output_high", "input_low", "input_high")
+"""Settings that hold the ranges of a device, as quantities."""
 
 
 class Entry(IntEnum):
@@ -37,13 +42,20 @@ class Event:
 
 @dataclass(frozen=True)
 class Equipment:
-    """The device a run was recorded with, as it said itself, and its settings as read back."""
+    """The device a run was recorded with, as it said itself, its settings as read back, and the calibration it had."""
 
     address: str
     model: str = ""
     serial: str = ""
     firmware: str = ""
     settings: Mapping[str, str] = field(default_factory=dict)
+    calibration: str = ""
+
+    @property
+    def ranges_v(self) -> tuple[float, ...] | None:
+        """Return both ends of the output's range and of the inputs', V; None where the settings do not have them."""
+        told = [self.settings.get(name) for name in VOLTAGES]
+        return None if None in told else tuple(quantity(volts, "V") for volts in told)
 
 
 @dataclass(frozen=True)

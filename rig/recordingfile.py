@@ -71,7 +71,9 @@ def load(file: h5py.File, name: str, *, intact: bool) -> Recording:
     if not intact:
         _compare_digests(file, finished=bool(root["finished"]))
     device = _plain(file["device"].attrs)
-    equipment = Equipment(settings=_plain(file["device/settings"].attrs), **{key: device[key] for key in IDENTITY})
+    calibration = file["calibration"].asstr()[()] if "calibration" in file else ""
+    settings = _plain(file["device/settings"].attrs)
+    equipment = Equipment(settings=settings, calibration=calibration, **{key: device[key] for key in IDENTITY})
     origin = Origin(equipment, software=_plain(file["software"].attrs), **{key: root[key] for key in CLOCK})
     return Recording(
         name=name, u=_signal(file["u"]), y=_signal(file["y"]), ledger=file["ledger"][:], origin=origin,
@@ -117,7 +119,14 @@ def _datasets(recording: Recording) -> dict[str, tuple[Any, dict[str, str]]]:
         "events": (_table(recording.events, EVENTS), {"description": "what happened at samples [start, stop)"}),
         "protocol": (recording.protocol_text, {"description": "the protocol file"}),
         "rig": (recording.rig_text, {"description": "the rig file"}),
+        **_calibration(recording.origin.equipment),
     }
+
+
+def _calibration(device: Equipment) -> dict[str, tuple[Any, dict[str, str]]]:
+    """Return the dataset of the device's calibration, where it had one."""
+    told = {"calibration": (device.calibration, {"description": "the device over a cable"})}
+    return told if device.calibration else {}
 
 
 def _attributes(recording: Recording) -> dict[str, dict[str, Any]]:

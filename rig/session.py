@@ -8,19 +8,20 @@ from pathlib import Path
 import protocols
 from rig import registry, retry, runner
 from rig.amplifier import behind
+from rig.calibration import kept_for
 from rig.device import Capabilities, Device, Identity
 from rig.errors import FileError, IncompleteError, RefusedError
 from rig.guardian import post
 from rig.plan import Plan
 from rig.plan import plan as draw
 from rig.protocol import Protocol, read_protocol
-from rig.recorded import Equipment, Recording
+from rig.provenance import now
+from rig.recorded import VOLTAGES, Equipment, Recording
 from rig.recording import Writer
 from rig.rigfile import RigFile
 from rig.units import exact
 from rig.yamlfile import parse_yaml
 
-VOLTAGES = ("output_low", "output_high", "input_low", "input_high")
 RATE_MAY_GIVE = 1e-2
 """Relative; a clock that makes a rate this near plays the protocol at its own rate, and says so."""
 
@@ -200,4 +201,5 @@ def equipment(address: str, device: Device, rate_hz: float) -> Equipment:
         "output_range": f"{can.output_low_v:g} to {can.output_high_v:g} V", "output_bits": str(can.output_bits),
         "input_range": f"{can.input_low_v:g} to {can.input_high_v:g} V", "input_bits": str(can.input_bits), **volts,
     }
-    return Equipment(address, identity.model, identity.serial, identity.firmware, settings)
+    found = Equipment(address, identity.model, identity.serial, identity.firmware, settings)
+    return replace(found, calibration=kept_for(found, rate_hz, now()))

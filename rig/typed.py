@@ -20,6 +20,9 @@ device_option = click.option(
     "--device", metavar="ADDRESS", help="Such as loopback: or serial:/dev/ttyACM0; else the protocol's own."
 )
 rig_option = click.option("--rig", metavar="RIG.yaml", help="The plain model; else the rig kept in the recordings.")
+calibration_option = click.option(
+    "--calibration", metavar="F.json", help="Of the device, by rig calibrate; else the one kept in the recordings."
+)
 json_option = click.option("--json", "json_to", metavar="F", help="Write the answer as JSON; - for stdout.")
 report_option = click.option("--report", metavar="F.html", help="Write one page with pictures.")
 overwrite_option = click.option("--overwrite", is_flag=True, help="Replace a file that is there already.")

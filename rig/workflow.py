@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from identify.trace import Array, Trace
+from rig.calibration import read_calibration
 from rig.doubt import doubt_of
 from rig.errors import FileError, MisfitError, UsageError
+from rig.of_device import with_device
 from rig.outputs import json_text
 from rig.provenance import software
 from rig.recorded import Recording
@@ -61,10 +63,14 @@ class Simulated:
     half_band: Array | None = None
 
 
-def load(paths: Sequence[str | Path], rig: str | Path | None = None, hold_out: Sequence[str | Path] = ()) -> Runs:
+def load(
+    paths: Sequence[str | Path], rig: str | Path | None = None, hold_out: Sequence[str | Path] = (),
+    calibration: str | Path | None = None,
+) -> Runs:  # fmt: skip
     """Read recordings and their rig; those under ``hold_out`` are taken out of ``paths`` where they stand there too.
 
-    Raises FileError for a recording or rig that cannot be used, UsageError when nothing is left to fit.
+    ``calibration`` is of the device, where the recordings do not keep one. Raises FileError for a file that cannot be
+    used, UsageError when nothing is left to fit.
     """
     held = _distinct(hold_out)
     kept = [path for path in _distinct(paths) if path.resolve() not in {other.resolve() for other in held}]
@@ -72,7 +78,8 @@ def load(paths: Sequence[str | Path], rig: str | Path | None = None, hold_out: S
         raise UsageError("no run is left to fit", value=f"{len(held)} held out", do="hold out fewer of the runs")
     recordings = {path: read(path) for path in (*kept, *held)}
     found = _rig(recordings, rig)
-    traces = _named_apart([recording.trace() for recording in recordings.values()])
+    given = None if calibration is None else read_calibration(calibration)
+    traces = _named_apart([with_device(recording, given) for recording in recordings.values()])
     protocols = tuple(recording.protocol_text for recording in recordings.values())
     return Runs(tuple(traces[: len(kept)]), tuple(traces[len(kept) :]), found.model, found, protocols)
 

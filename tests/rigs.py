@@ -15,3 +15,12 @@ G1: {num: [1], den: [1]}
 F: {linear: {gain: 3, offset: 0 V}}
 G2: {num: [1], den: [1]}
 """
+
+CABLE = """
+spec: 1
+rig: a cable
+G1: {num: [1], den: [1]}
+F: {linear: {gain: 1.003, offset: 2 mV}}
+G2: {num: [1], den: [2.0e-4, 1], dead_time: 237 us}
+noise: 1 mV
+"""

@@ -3,7 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from identify.chain import Chain, model_of
+from identify.delay import device_doubt_s
 from identify.effects import physics_in, would_separate
 from identify.effects.effect import Effect, short
 from identify.explain.confirm import CONVINCING, adapted, held_out_rms, would_tell
@@ -240,11 +243,19 @@ class Answer:
             f"{effect.id} at {effect.place.label} is told by the training runs alone: what is held out hardly shows it"
             for effect in self.better.effects if self._untold(effect)
         ]  # fmt: skip
+        found += self._within_doubt()
         if not self.plain.fit.converged:
             found.append(f"the plain fit did not converge: {self.plain.fit.sentence}")
         if not self.better.fit.converged:
             found.append(f"the improved fit did not converge: {self.better.fit.sentence}")
         return found
+
+    def _within_doubt(self) -> list[str]:
+        """Return that a dead time is no larger than what is not sure of the device's own delay, where that is so."""
+        doubt_s = device_doubt_s([o.trace for o in self.data.train])
+        found_s = self.better.fit.chain.values.get("dead_time.delay", np.inf)
+        return [f"the dead time of {shown(found_s, 's')} may be the device's: its own delay is known to "
+                f"± {shown(doubt_s, 's', 2)} only"] if found_s <= doubt_s else []  # fmt: skip
 
     def _untold(self, effect: Effect) -> bool:
         """Return whether the held-out data could not tell an effect from none."""

@@ -10,6 +10,7 @@ from identify.interval import Interval, number
 from identify.model import Model
 from identify.noise import Noise
 from identify.observe import Observation
+from identify.of_device import devices_dict
 from identify.trace import Array
 
 SCHEMA = "rig.explain/1"
@@ -186,4 +187,5 @@ class Explanation:
                 "sentence": self.remaining.sentence,
             },
             "warnings": list(self.warnings),
+            "device": devices_dict([o.trace for o in (*self.train, *self.test)]),
         }  # fmt: skip

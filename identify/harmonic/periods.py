@@ -94,6 +94,7 @@ def _period(trace: Trace, start: int, stop: int, settle_s: float, noise_v: float
     if whole.size == 0:
         return None
     lines, scatter = _averaged(trace, whole, size)
+    lines = lines * np.exp(2j * np.pi * np.arange(lines.size) / size * trace.rate_hz * trace.late_s)
     if scatter is None:
         scatter = np.full(lines.size, noise_v * np.sqrt(2.0 / size))
     kind = next((s.kind for s in trace.steps if s.start <= first < s.stop), "")

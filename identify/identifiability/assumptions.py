@@ -15,7 +15,7 @@ from identify.identifiability.directions import Mimic, likeness, mimics
 from identify.identifiability.probes import DELAYS, GAINS, OFFSETS
 from identify.identification import Unidentifiable
 from identify.model import CurvedBacklash, Model
-from identify.natural_units import shown
+from identify.natural_units import shown, shown_interval
 from identify.observe import Observation
 from identify.uncertainty.normalised import rational_of
 
@@ -27,7 +27,7 @@ def assumed(model: Model, fit: Fit, observations: Sequence[Observation]) -> list
     found = {m.probe: m for m in mimics(likeness(fit, observations), _needed_v(fit))}
     told = []
     if DELAYS[0] in found:
-        told.append(_delay(model, fit))
+        told += _delay(model, fit, observations)
     if any(name in found for name in GAINS):
         told.append(_gain(model))
     if OFFSETS[0] in found or fit.chain.stage_of(CurvedPlay) is not None:
@@ -48,8 +48,14 @@ def _needed_v(fit: Fit) -> dict[str, float]:
     return {OFFSETS[0]: half_v / before, OFFSETS[1]: half_v * slope * behind}
 
 
-def _delay(model: Model, fit: Fit) -> Unidentifiable:
-    """Return that only the sum of all delays is told, where it is put, and where the rig file puts it."""
+def _delay(model: Model, fit: Fit, observations: Sequence[Observation]) -> list[Unidentifiable]:
+    """Return that only the sum of all delays is told, where it is put, and where the rig file puts it.
+
+    Nothing where the device's own is known and no other was looked for: there is none to be shared.
+    """
+    devices = {o.trace.device if o.trace.device and not o.trace.device.unused else None for o in observations}
+    if None not in devices and delay_s(fit.chain) == 0.0 and model.g1.dead_time_s == 0.0:
+        return []
     kept = "G1 assumed without dead time, all of it given to G2"
     first_s, second_s = model.g1.dead_time_s, model.g2.dead_time_s
     if first_s:
@@ -57,10 +63,12 @@ def _delay(model: Model, fit: Fit) -> Unidentifiable:
         kept = f"{kept}; the rig file gives {there}"
     elif delay_s(fit.chain) == 0.0:
         kept = f"{kept}; the rig file gives none, so 0 s in all"
-    return Unidentifiable(
+    for device in devices - {None}:
+        kept += f"; the device's own {shown_interval(device.late, 's')} is left out: {device.origin}" if device else ""
+    return [Unidentifiable(
         "delay shared between G1 and G2",
         "F does not care how fast it is driven, so a delay before it gives the same output as one behind it", kept,
-    )  # fmt: skip
+    )]  # fmt: skip
 
 
 def _gain(model: Model) -> Unidentifiable:

@@ -13,6 +13,7 @@ from identify.interval import Interval
 from identify.model import LinearF, Model, Physics, Rational
 from identify.natural_units import shown, shown_interval
 from identify.observe import Observation
+from identify.of_device import device_lines
 from identify.page import pictures, proof_picture
 from identify.page.border_picture import borders
 from identify.page.drawing import AFTER, BEFORE, Picture, page_style
@@ -56,6 +57,7 @@ def identification_page(found: Identification, imprint: Imprint = Imprint()) -> 
         "line": line_sentence(found.model), "blocks": _blocks(found),
         "physics": physics_lines(found.model), "responses": _responses(found), "fit": _fit(found),
         "not_identifiable": found.not_identifiable, "warnings": found.warnings,
+        "devices": list(device_lines([o.trace for o in found.observations])),
         "pictures": _identification_pictures(found),
     })  # fmt: skip
 
@@ -75,6 +77,7 @@ def explanation_page(
         },
         "held_out": _held_out(told.held_out), "noise": shown(told.noise.rms_v, "V"), "noise_from": told.noise.origin,
         "remaining": told.remaining.sentence, "over_noise": f"{told.remaining.over_noise:.3g}",
+        "devices": list(device_lines([o.trace for o in (*told.train, *told.test)])),
         "next_steps": next_steps(told), "warnings": told.warnings, "pictures": _explanation_pictures(told, found),
     })  # fmt: skip
 

@@ -6,7 +6,7 @@ number of samples: the readings just before and just after it must each be in ti
 fast, or a delay, fails that.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import log
 from typing import ClassVar, final
 
@@ -86,9 +86,7 @@ def with_gap(trace: Trace, at: int, count: int) -> Trace:
     bridge = np.linspace(float(y[max(at - 1, 0)]), float(y[at]), count + 2)[1:-1]
     late = np.concatenate((y[:at], bridge, y[at : y.size - count]))
     valid = np.concatenate((use[:at], np.zeros(count, dtype=bool), use[at : use.size - count]))
-    return Trace(
-        trace.name, trace.rate_hz, trace.u, late, trace.intersample, trace.start_s, trace.steps, valid, trace.from_rest
-    )
+    return replace(trace, y=late, valid=valid)
 
 
 def loss_in(trace: Trace, answer: Array, noise_v: float, rough: bool = False) -> Loss | None:

@@ -52,5 +52,5 @@ def _thinned(observation: Observation, factor: int) -> Observation:
     held = np.asarray(trace.u[:size]).reshape(-1, factor).mean(axis=1)
     u = held if trace.intersample == "held" else trace.u[:size:factor]
     short = Trace(trace.name, trace.rate_hz / factor, u, trace.y[:size:factor], trace.intersample, trace.start_s)
-    short = replace(short, from_rest=trace.from_rest)
+    short = replace(short, from_rest=trace.from_rest, device=trace.device)
     return replace(observation, trace=short, use=observation.use[:size:factor], colour=WHITE)

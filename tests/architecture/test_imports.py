@@ -35,7 +35,8 @@ SEES_BOTH = {  # who may import more of identify than its plain data, and what
     "rig.rigfile": {"identify.effects", "identify.bent.border", "identify.unnamed.stored"},
     "rig.linearblock": {"identify.discretise"},
     "rig.preview": {"identify.page.drawing"},
-    "rig.narration": {"identify.observe", "identify.page.report"},
+    "rig.calibrating": {"identify.calibration"},
+    "rig.narration": {"identify.observe", "identify.of_device", "identify.page.report"},
     "drivers.emulators.bench": {"identify.simulate"},
 }  # fmt: skip
 IMPURE = {"serial", "socket", "pathlib", "time", "datetime", "os", "sys", "click", "rich", "h5py", "yaml", "subprocess"}

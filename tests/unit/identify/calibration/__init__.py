@@ -1,0 +1,1 @@
+"""Does a cable tell what the device at its ends does?"""
