@@ -202,20 +202,25 @@ class RedPitaya(Device):
 
     def _halt(self) -> None:
         """Stop the acquisition and hold the level, as a signal that can be changed and read back."""
-        run, self._run = self._run, None
+        run = self._run
         if run is not None:
             held_v = float(run.u[-1]) if run.received == run.u.size else run.held_v()
-            self._hold(held_v)
+            self._link.tell(_held(held_v))
+            self._run = None
             self._link.tell("ACQ:STOP")
 
-    def _hold(self, level_v: float) -> None:
-        """Put out a constant level, V, in one message: for less than a millisecond between there are 0 V."""
-        self._link.tell(f"SOUR1:VOLT 0;:SOUR1:FUNC DC;:SOUR1:VOLT:OFFS {level_v:.6f}")
-
     def _safe(self, level_v: float, ramp_s: float) -> None:
-        self._halt()
+        try:
+            self._halt()
+            self._bring(level_v, ramp_s)
+        except DeviceError:
+            self._link.shout(_held(level_v))
+            raise
+
+    def _bring(self, level_v: float, ramp_s: float) -> None:
+        """Ramp to a level, V, and read it back; raise DeviceError when it is another."""
         at_v = self._level_v()
-        self._hold(level_v if at_v is None else at_v)
+        self._link.tell(_held(level_v if at_v is None else at_v))
         self._link.tell("OUTPUT1:STATE ON")
         ramp(level_v if at_v is None else at_v, level_v, ramp_s, self._put_out)
         reached_v = self._level_v()
@@ -235,6 +240,11 @@ class RedPitaya(Device):
 
     def _close(self) -> None:
         self._link.close()
+
+
+def _held(level_v: float) -> str:
+    """Return what puts out a constant level, V, in one message: for less than a millisecond between there are 0 V."""
+    return f"SOUR1:VOLT 0;:SOUR1:FUNC DC;:SOUR1:VOLT:OFFS {level_v:.6f}"
 
 
 def _decimation(rate_hz: float) -> int:

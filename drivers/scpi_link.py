@@ -91,9 +91,11 @@ class ScpiLink:
     def shout(self, *commands: str) -> None:
         """Send ``commands`` whatever state the link is in, and wait for nothing: the last resort of safety.
 
-        A device that answers no more, or answers nonsense, may still hear.
+        A device that answers no more, or answers nonsense, may still hear. Nothing is said to another device.
         """
         self._dirty = True
+        if self._answers != self._who:
+            return
         with suppress(DeviceError):
             for command in commands:
                 self._send(command.encode("ascii"), REPLY_S)

@@ -159,14 +159,14 @@ class U2300a(Device):
             return "DATA" if self._link.ask("WAV:COMP?").strip() == "YES" else ""
         state = self._link.ask("WAV:STAT?").strip()
         if state not in ("EPTY", "FRAG", "DATA", "OVER"):
-            raise DeviceError("an unknown state", where=self._link.name, value=repr(state),
+            raise DeviceError("a wrong answer to 'WAV:STAT?'", where=self._link.name, value=repr(state[:40]),
                               allowed="EPTY, FRAG, DATA or OVER")
         return state if state in ("DATA", "OVER") else ""
 
     def _fetched(self, run: _Run) -> Block:
         """Return the next samples of the run; what was read behind its end is left out."""
         payload = self._link.ask_block("WAV:DATA?", BYTES * run.block)
-        if not payload or len(payload) % BYTES or (run.single and len(payload) != BYTES * run.block):
+        if len(payload) != BYTES * run.block:
             raise DeviceError("a block of the wrong size", where=self._link.name, value=f"{len(payload)} bytes",
                               allowed=f"{BYTES * run.block} bytes")
         codes: Codes = np.frombuffer(payload, dtype="<i2").astype(np.int32)[:run.u.size - run.received]
@@ -183,15 +183,24 @@ class U2300a(Device):
 
     def _halt(self) -> None:
         """Stop both converters; a pattern cut off holds no level that could be read back, so the level is set."""
-        run, self._run = self._run, None
+        run = self._run
         if run is not None:
             held_v = float(run.u[-1]) if run.received == run.u.size else run.held_v()
             self._link.tell("OUTP OFF", "STOP", "SOUR:DIG:DATA:BIT 0,0,(@501)")
+            self._run = None
             self._put_out(held_v)
 
     def _safe(self, level_v: float, ramp_s: float) -> None:
-        self._halt()
-        self._link.tell("OUTP OFF", "STOP")  # a run may be going on that another program began, and died over
+        try:
+            self._halt()
+            self._link.tell("OUTP OFF", "STOP")  # a run may be going on that another program began, and died over
+            self._bring(level_v, ramp_s)
+        except DeviceError:
+            self._link.shout("OUTP OFF", "STOP", f"SOUR:VOLT {level_v:.6f},(@201)")
+            raise
+
+    def _bring(self, level_v: float, ramp_s: float) -> None:
+        """Ramp to a level, V, and read it back; raise DeviceError when it is another."""
         ramp(self._output_v(), level_v, ramp_s, self._put_out)
         reached_v = self._output_v()
         if abs(reached_v - level_v) > LSB_V:

@@ -15,12 +15,13 @@ SUBSTEPS = 32  # of a simulated rig, whose samples are not known beforehand: wit
 class Player:
     """A rig that is played block by block, from rest, with the noise of its model; equal seeds give equal noise.
 
-    ``probes`` are places, as in a report (``G1``), behind which the signal can be had beside y, without noise.
+    ``probes`` are places, as in a report (``G1``), behind which the signal can be had beside y, without noise; ``lags``
+    are the substeps after which each of them is read, y the first: none where they are left out.
     """
 
     def __init__(
         self, model: Model, rate_hz: float, seed: int = 0, start_s: float = 0.0, substeps: int = SUBSTEPS,
-        probes: tuple[str, ...] = (),
+        probes: tuple[str, ...] = (), lags: tuple[int, ...] = (),
     ) -> None:  # fmt: skip
         """Start the rig at rest at clock time ``start_s``, behind a DAC that holds its level.
 
@@ -30,6 +31,7 @@ class Player:
         chain = chain_of(model)
         self._runs = chain.begin(self._grid) if probes else [running(chain, self._grid)]
         self._behind = [chain.index(Place.of(place)) for place in probes]
+        self._lags = lags or (0,) * (1 + len(probes))
         self._noise_v = model.noise_v or 0.0
         self._random = np.random.default_rng(seed)
         self._played, self._before = 0, 0.0
@@ -49,5 +51,7 @@ class Player:
         for run in self._runs:
             blocks.append(advance(run, blocks[-1]))
         self._played, self._before = self._played + u.size, float(u[-1])
-        y = blocks[-1].signal[::substeps] + self._noise_v * self._random.standard_normal(u.size)
-        return np.stack([y, *(blocks[behind].signal[::substeps] for behind in self._behind)])
+        read = [blocks[behind].signal[lag::substeps]
+                for behind, lag in zip((-1, *self._behind), self._lags, strict=True)]  # fmt: skip
+        read[0] = read[0] + self._noise_v * self._random.standard_normal(u.size)
+        return np.stack(read)

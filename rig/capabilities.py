@@ -22,6 +22,7 @@ class Capabilities:
 
     Of its ``inputs`` a run records the first few; their rates add up to ``max_total_rate_hz`` at most, None: no bound.
     ``output_step_v`` is the step of the output in V where range and bits do not tell it.
+    ``multiplexed``: one converter reads them in turn, each input 1 / n of a sample period after the one before.
     """
 
     output_low_v: float
@@ -37,6 +38,11 @@ class Capabilities:
     inputs: int = 1
     max_total_rate_hz: float | None = None
     output_step_v: float | None = None
+    multiplexed: bool = False
+
+    def skews(self, inputs: int) -> tuple[float, ...]:
+        """Return how much later than the first each of so many inputs is read, in sample periods."""
+        return tuple(place / inputs if self.multiplexed else 0.0 for place in range(inputs))
 
     @property
     def output_lsb_v(self) -> float:

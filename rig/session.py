@@ -200,6 +200,7 @@ def equipment(address: str, device: Device, rate_hz: float) -> Equipment:
         "rate": f"{rate_hz!r} Hz", "output_step": exact(can.output_lsb_v, "V"),
         "output_range": f"{can.output_low_v:g} to {can.output_high_v:g} V", "output_bits": str(can.output_bits),
         "input_range": f"{can.input_low_v:g} to {can.input_high_v:g} V", "input_bits": str(can.input_bits), **volts,
+        "inputs_read": "in turn, each 1/n of a sample period after the one before" if can.multiplexed else "together",
     }
     found = Equipment(address, identity.model, identity.serial, identity.firmware, settings)
     return replace(found, calibration=kept_for(found, rate_hz, now()))

@@ -1,10 +1,12 @@
 """What stands behind every simulated device: DAC, the simulated rig, ADC?"""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from drivers.converter import Codes, adc, dac
-from identify.simulate import Player
+from identify.simulate import SUBSTEPS, Player
 from rig.device import Capabilities
 from rig.rigfile import RigFile
 
@@ -21,17 +23,22 @@ class Bench:
     def __init__(self, rig: RigFile, can: Capabilities) -> None:
         """Wire the rig, with what its file conceals, to converters of the device's resolution. Raises FileError."""
         self._model, self._amplifier = rig.simulated(), rig.amplifier
-        self.dac, self.adc = dac(can), adc(can)
+        self.dac, self.adc, self._can = dac(can), adc(can), can
         self._player: Player | None = None
 
     def reset(self, rate_hz: float, seed: int, inputs: int = 1) -> None:
         """Put the rig at rest, as after a long pause, and set rate, noise and number of inputs for the next run."""
-        probes = ("G1", "F")[:max(0, inputs - 2)]
-        self._player = Player(self._model, rate_hz, seed=seed, probes=probes)
+        probes, skews = ("G1", "F")[:max(0, inputs - 2)], self._can.skews(inputs)
+        substeps = SUBSTEPS if not any(skews) else inputs * math.ceil(SUBSTEPS / inputs)
+        lags = tuple(round(substeps * skew) for skew in (skews[0], *skews[2:]))
+        self._player = Player(self._model, rate_hz, seed=seed, substeps=substeps, probes=probes, lags=lags)
         self._inputs, self._put_out_v = inputs, 0.0
 
     def play(self, codes: NDArray[np.integer]) -> Codes:
-        """Return what the ADC reads (N, inputs) while the DAC puts out ``codes`` (N,); read k is before u[k] acts."""
+        """Return what the ADC reads (N, inputs) while the DAC puts out ``codes`` (N,); y[k] is read before u[k] acts.
+
+        So are the other inputs, but for those of a multiplexer, which come later.
+        """
         if self._player is None:
             raise RuntimeError("Bench.reset comes before Bench.play")
         v = self.dac.volts(codes)
@@ -42,7 +49,9 @@ class Bench:
         return np.ascontiguousarray(self.adc.codes(read).T)
 
     def _read_back(self, u: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the output's level, V, just before each of the samples ``u`` acts."""
+        """Return the output's level, V, just before each of ``u`` acts, or while it is held where read later."""
+        if self._can.multiplexed:
+            return u
         before = np.concatenate([[self._put_out_v], u[:-1]]) if u.size else u
         self._put_out_v = float(u[-1]) if u.size else self._put_out_v
         return before

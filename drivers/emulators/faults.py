@@ -33,7 +33,7 @@ class What(Enum):
 
 
 OF_THE_DEVICE = frozenset({What.MUTE, What.HUNG, What.TORN, What.UNPLUGGED, What.RESTARTED})
-"""These need no message: they may happen at a sample."""
+"""These need no message: with a sample and no message named they happen at that sample."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Fault:
     """One thing that goes wrong, to the messages whose name begins with ``to``: ``times`` of them after ``skip``.
 
     A reply is named like the command it answers, a frame like its kind. ``heard``: on the way to the device, else from
-    it. ``at_sample`` in place of ``to``: as soon as the run has played more than so many samples.
+    it. ``at_sample``: not before the run has played more than so many samples.
     """
 
     what: What
@@ -57,10 +57,13 @@ class Fault:
 
     def __post_init__(self) -> None:
         """Refuse what cannot happen; raise ValueError."""
-        if self.at_sample is not None and self.what not in OF_THE_DEVICE:
-            raise ValueError(f"{self.what.name} happens to a message: name it in `to`, not `at_sample`")
         if self.what in (What.LATE, What.SPLIT) and not math.isfinite(self.seconds):
             raise ValueError(f"{self.what.name} takes a finite time in `seconds`")
+
+    @property
+    def timed(self) -> bool:
+        """Return whether it happens at a sample, whatever is said then."""
+        return self.what in OF_THE_DEVICE and self.at_sample is not None and not self.to
 
 
 @dataclass(frozen=True)
@@ -104,11 +107,12 @@ class Mischief:
         self.struck = [0] * len(self.script)
         self._seen = [0] * len(self.script)
         self._happening: list[Fault] = []
+        self._played = 0
 
     @property
     def of_messages(self) -> bool:
         """Return whether any fault needs to be told the messages."""
-        return any(fault.at_sample is None for fault in self.script)
+        return not all(fault.timed for fault in self.script)
 
     def said(self, name: str, payload: bytes, encode: Encode) -> list[Piece]:
         """Return what arrives on the host of a message with this ``payload``, ``encode``d for its transport."""
@@ -120,8 +124,9 @@ class Mischief:
 
     def happening(self, played: int) -> list[Fault]:
         """Return what happens to the device now, each once; ``played`` counts the samples of the run."""
+        self._played = played
         for index, fault in enumerate(self.script):
-            if fault.at_sample is not None and played > fault.at_sample and not self.struck[index]:
+            if fault.timed and self._begun(fault) and not self.struck[index]:
                 self.struck[index] += 1
                 self._happening.append(fault)
         now, self._happening = self._happening, []
@@ -142,13 +147,18 @@ class Mischief:
 
     def _meets(self, index: int, fault: Fault, name: str, heard: bool) -> bool:
         """Return whether the fault strikes this message, and count it."""
-        if fault.at_sample is not None or fault.heard != heard or not name.startswith(fault.to):
+        named = fault.heard == heard and name.startswith(fault.to)
+        if fault.timed or not named or not self._begun(fault):
             return False
         self._seen[index] += 1
         if not fault.skip < self._seen[index] <= fault.skip + fault.times:
             return False
         self.struck[index] += 1
         return True
+
+    def _begun(self, fault: Fault) -> bool:
+        """Return whether the run has come to where the fault may strike."""
+        return fault.at_sample is None or self._played > fault.at_sample
 
 
 def _lost(fault: Fault, pieces: list[Piece]) -> list[Piece]:

@@ -19,6 +19,7 @@ MADE_BY = {
     "u2300a": ("drivers.emulators.scpi_serve:u2300a", "drivers.emulators.u2300a_firmware:HARDWARE"),
 }
 """What makes an emulated device of each kind, and the hardware it has."""
+DRIVERS = {"serial": "serial", "redpitaya": "drivers.redpitaya:RedPitaya", "u2300a": "drivers.u2300a:U2300a"}
 CONTEXT = multiprocessing.get_context("forkserver")
 CONTEXT.set_forkserver_preload(["tests.wire.emulated", "tests.wire.warm"])
 
@@ -48,7 +49,7 @@ class Emulated:
     @property
     def address(self) -> str:
         """Return its device address."""
-        return f"{self.kind}:{self.path}"
+        return f"{DRIVERS[self.kind]}:{self.path}"
 
     def look(self) -> Insight:
         """Return what the device does now."""

@@ -68,12 +68,18 @@ def test_what_happens_to_the_device_happens_once() -> None:
     assert mischief.struck == [1, 1]
 
 
-@pytest.mark.parametrize("impossible", [
-    {"what": What.LOST, "at_sample": 3}, {"what": What.LATE}, {"what": What.SPLIT},
-])
-def test_a_fault_that_cannot_happen_is_refused(impossible: dict[str, object]) -> None:
-    with pytest.raises(ValueError, match=r"takes a finite time|happens to a message"):
-        Fault(**impossible)  # type: ignore[arg-type]
+def test_a_fault_of_messages_may_wait_for_a_sample() -> None:
+    mischief = Mischief([Fault(What.LOST, to="LEVEL?", at_sample=100), Fault(What.TORN, to="GO", at_sample=100)])
+    assert mischief.of_messages
+    for played, arrives in ((0, True), (100, True), (101, False)):
+        assert mischief.happening(played) == []
+        assert bool(mischief.said("LEVEL?", b"", framed)) is arrives
+
+
+@pytest.mark.parametrize("what", [What.LATE, What.SPLIT])
+def test_a_fault_that_never_ends_is_refused(what: What) -> None:
+    with pytest.raises(ValueError, match="takes a finite time"):
+        Fault(what)
 
 
 def test_a_reply_on_the_serial_wire_is_named_like_its_command() -> None:

@@ -1,8 +1,11 @@
 """Which devices are tried?"""
 
 from tests.wire.matrix.play import Bench
+from tests.wire.matrix.scpi_cases import REDPITAYA, U2300A
 from tests.wire.matrix.serial_cases import SERIAL
 
 BENCHES = {
     "serial": Bench("serial", SERIAL, amplitude_v=5.0, safe_level_v=1.0, lsb_v=40.0 / (2**24 - 2)),
+    "u2300a": Bench("u2300a", U2300A, amplitude_v=2.5, safe_level_v=0.5, lsb_v=10.0 / 32768),
+    "redpitaya": Bench("redpitaya", REDPITAYA, amplitude_v=0.5, safe_level_v=0.1, lsb_v=40.0 / (2**14 - 2)),
 }

@@ -30,13 +30,18 @@ class Output(Enum):
 
 @dataclass(frozen=True)
 class Case:
-    """A fault and its end. ``says``: what the reason must contain; ``naps``: (sample, s) at which the host sleeps."""
+    """A fault and its end.
+
+    ``says``: what the reason must contain. ``keeps``: at least so many samples are recorded. ``naps``: (sample, s) at
+    which the host sleeps. ``speed`` of the device's clock.
+    """
 
     name: str
     faults: Faults
     end: End
     says: str = ""
     output: Output = Output.SAFE
+    keeps: int = 0
     naps: tuple[tuple[int, float], ...] = ()
     hardware: dict[str, Any] = field(default_factory=dict)
     speed: float = 5.0

@@ -9,12 +9,19 @@ from tests.wire.matrix.case import Case, End, Output, happens, script
 
 GONE = "not confirmed safe"
 ALWAYS = math.inf
+PLAYED = 9000
+"""Samples: a run is nearly at its end."""
 BEYOND = encode(Frame(Kind.INPUT, 4_000_000_000, b"\x0a" * 30)) + encode(Frame(Kind.LOST, 0, b"\xff" * 8))
 
 
 def impossible(old: bytes, new: bytes) -> Faults:
     """Return the script of a device that describes itself so."""
     return script(Fault(What.REPLACED, to="CAP?", times=ALWAYS, old=old, new=new))
+
+
+def late(to: str, seconds: float) -> Fault:
+    """Return the fault of a reply that comes late at the end of a run."""
+    return Fault(What.LATE, to=to, at_sample=PLAYED, seconds=seconds)
 
 
 CONNECTING = (
@@ -87,14 +94,15 @@ RUNNING = (
     Case("watchdog: the host sleeps", Faults(), End.FAILED, "heard nothing from the host", naps=((1000, 1.5),),
          hardware={"watchdog_s": 0.7}, speed=1.0),
     Case("mute for 1 s", happens(What.MUTE, 3000, 1.0), End.WHOLE),
-    Case("mute from now on", happens(What.MUTE, 3000), End.FAILED, GONE),
-    Case("hung with its output on", happens(What.HUNG, 3000), End.FAILED, GONE, Output.TOLD),
-    Case("restarted in the middle", happens(What.RESTARTED, 3000), End.FAILED, "fell silent"),
-    Case("unplugged for good", happens(What.UNPLUGGED, 3000), End.FAILED, GONE, Output.NONE),
-    Case("link torn for good", happens(What.TORN, 3000), End.FAILED, GONE),
+    Case("mute from now on", happens(What.MUTE, 3000), End.FAILED, GONE, keeps=500),
+    Case("hung with its output on", happens(What.HUNG, 3000), End.FAILED, GONE, Output.TOLD, keeps=500),
+    Case("restarted in the middle", happens(What.RESTARTED, 3000), End.FAILED, "fell silent", keeps=500),
+    Case("unplugged for good", happens(What.UNPLUGGED, 3000), End.FAILED, GONE, Output.NONE, keeps=500),
+    Case("link torn for good", happens(What.TORN, 3000), End.FAILED, GONE, keeps=500),
     Case("link torn within a block", script(Fault(What.TORN, to="INPUT", skip=4)), End.FAILED, GONE),
-    Case("link torn and back after 0.5 s", happens(What.TORN, 3000, 0.5), End.FAILED, "gone", in_ci=True),
-    Case("unplugged and replugged after 0.5 s", happens(What.UNPLUGGED, 3000, 0.5), End.FAILED, "gone", in_ci=True),
+    Case("link torn and back after 0.5 s", happens(What.TORN, 3000, 0.5), End.FAILED, "gone", keeps=500, in_ci=True),
+    Case("unplugged and replugged after 0.5 s", happens(What.UNPLUGGED, 3000, 0.5), End.FAILED, "gone", keeps=500,
+         in_ci=True),
     Case("unplugged, another one plugged in",
          Faults((Fault(What.UNPLUGGED, at_sample=3000, seconds=0.3),
                  Fault(What.REPLACED, to="ID?", skip=1, times=ALWAYS, old=b"EMU-1", new=b"EMU-2"))),
@@ -102,13 +110,14 @@ RUNNING = (
 )
 
 ENDING = (
-    Case("reply to HALT comes after its time-out", script(Fault(What.LATE, to="HALT", seconds=1.7)), End.FAILED,
-         "no answer: to 'HALT'", in_ci=True),
-    Case("reply to SAFE is lost every time", script(Fault(What.LOST, to="SAFE", times=ALWAYS)), End.FAILED, GONE),
-    Case("SAFE is refused", script(Fault(What.REPLACED, to="SAFE", new=b"ERROR busy")), End.WHOLE),
-    Case("the level read back is no number", script(Fault(What.REPLACED, to="LEVEL?", times=ALWAYS,
+    Case("reply to HALT comes after its time-out", script(late("HALT", 1.7)), End.FAILED, "no answer: to 'HALT'",
+         in_ci=True),
+    Case("reply to SAFE is lost every time", script(Fault(What.LOST, to="SAFE", at_sample=PLAYED, times=ALWAYS)),
+         End.FAILED, GONE),
+    Case("SAFE is refused", script(Fault(What.REPLACED, to="SAFE", at_sample=PLAYED, new=b"ERROR busy")), End.WHOLE),
+    Case("the level read back is no number", script(Fault(What.REPLACED, to="LEVEL?", at_sample=PLAYED, times=ALWAYS,
                                                           new=b"OK\nlevel=?\nstate=idle")), End.FAILED, GONE),
-    Case("a LEVEL? answered 0.6 s late", script(Fault(What.LATE, to="LEVEL?", seconds=0.6)), End.WHOLE),
+    Case("a LEVEL? answered 0.6 s late", script(late("LEVEL?", 0.6)), End.WHOLE),
 )
 
 SERIAL = (*CONNECTING, *STARTING, *RUNNING, *ENDING)
