@@ -34,6 +34,8 @@ from rig.errors import DeviceError, StarvedError, UsageError
 BAUD = 3_000_000
 GREETING_S = 3.0
 """Some boards start anew when their port is opened; until then they do not answer."""
+GO_REPLY_S = 0.05
+"""Until GO is answered nothing is sent, and the smallest FIFO lasts 77 ms: its answer is not waited for as long."""
 WINDOW_S, ALIVE_S, CONFIRM_S, POLL_S = 0.05, 0.2, 1.0, 0.02
 _TOLD = {Condition.UNDERRUN: "the device ran out of output samples and went to its safe level",
          Condition.WATCHDOG: "the device heard nothing from the host and went to its safe level"}
@@ -119,7 +121,7 @@ class SerialDaq(Device):
         self._run = run = _Run(Outgoing(codes, self._can.output_bits, self._can.output_fifo, window),
                                Incoming(codes.size, self._inputs), Status(False, Condition.FINE, 0, 0, 0))
         self._fill(run)
-        self._link.ask("GO")
+        self._link.ask("GO", GO_REPLY_S)
 
     def _fill(self, run: _Run) -> None:
         """Fill the output FIFO; raise DeviceError when the device does not take the samples."""

@@ -46,13 +46,17 @@ class SerialLink:
         self._who = self._ask("ID?", self._greeting)
         return self._who
 
-    def ask(self, command: str) -> str:
-        """Return the reply to ``command``, without its OK; raise DeviceError when there is none or it is a refusal."""
+    def ask(self, command: str, reply_s: float | None = None) -> str:
+        """Return the reply to ``command``, without its OK; raise DeviceError when there is none or it is a refusal.
+
+        A command is sent again when no reply came in ``reply_s``, by default ``REPLY_S``; it is done once all the same.
+        """
         if self._gone_s is not None:
             self._reopen(self._gone_s + BACK_S)
         if self._dirty:
             self._clean()
-        return self._ask(command, TRIES)
+        reply_s = reply_s or REPLY_S
+        return self._ask(command, round(TRIES * REPLY_S / reply_s), reply_s)
 
     def send(self, *frames: Frame) -> None:
         """Send ``frames``; raise DeviceError when the port takes nothing or is gone."""
@@ -106,21 +110,22 @@ class SerialLink:
                 self._gone_s, self._woken = None, True
                 return
 
-    def _ask(self, command: str, tries: int) -> str:
+    def _ask(self, command: str, tries: int, reply_s: float | None = None) -> str:
         """Send ``command`` up to ``tries`` times under one number, so that it is done once; return its reply."""
+        reply_s = reply_s or REPLY_S
         number = next(self._numbers) % 2**32
         for _ in range(tries):
             self.send(Frame(Kind.COMMAND, number, command.encode("ascii")))
-            reply = self._reply(number)
+            reply = self._reply(number, reply_s)
             if reply is not None:
                 return self._accepted(command, reply)
         self._dirty = True
-        raise DeviceError("no answer", where=self.port, value=f"to {command!r} in {tries * REPLY_S:g} s",
+        raise DeviceError("no answer", where=self.port, value=f"to {command!r} in {tries * reply_s:g} s",
                           do="check that this is the device's port, and its baud rate; then replug it")
 
-    def _reply(self, number: int) -> str | None:
+    def _reply(self, number: int, reply_s: float) -> str | None:
         """Return the text of the reply ``number``, None when it does not come in time; keep all other frames."""
-        deadline = time.monotonic() + REPLY_S
+        deadline = time.monotonic() + reply_s
         while time.monotonic() < deadline:
             for frame in self._read():
                 if frame.kind == Kind.REPLY and frame.number == number:

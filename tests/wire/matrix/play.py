@@ -2,6 +2,8 @@
 
 import os
 import time
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -25,7 +27,7 @@ spec: 1
 title: waves
 question: What becomes of them on a link that fails?
 limits: {{level: {amplitude_v} V}}
-acquisition: {{rate: 10 kHz}}
+acquisition: {{rate: {rate_hz} Hz}}
 safe_level: {safe_level_v} V
 ramp: 0.1 s
 steps:
@@ -37,6 +39,15 @@ COME_TO_REST_S = 5.0
 """The watchdog of a device that was left alone acts after 2 s, and ramps."""
 
 
+def by_emulator(kind: str, case: Case) -> AbstractContextManager[Emulated]:
+    """Return the emulated device of a kind in front of GAIN, with the faults of the case."""
+    return emulated(GAIN, kind=kind, speed=case.speed, faults=case.faults, **case.hardware)
+
+
+Made = Callable[[str, Case], AbstractContextManager[Any]]
+"""Offers a device with an ``address``; ``look()`` tells its ``level_v`` and how often each fault ``struck``."""
+
+
 @dataclass(frozen=True)
 class Bench:
     """A kind of device to be tried: its faults, what to play on it, and what must come back, to half an ``lsb_v``."""
@@ -46,10 +57,12 @@ class Bench:
     amplitude_v: float
     safe_level_v: float
     lsb_v: float
+    rate_hz: float = 10_000.0
+    made: Made = by_emulator
 
     def protocol(self) -> str:
-        """Return what is played: 10,000 samples of a sine."""
-        return WAVES.format(amplitude_v=self.amplitude_v, safe_level_v=self.safe_level_v)
+        """Return what is played: a second of a sine."""
+        return WAVES.format(amplitude_v=self.amplitude_v, safe_level_v=self.safe_level_v, rate_hz=self.rate_hz)
 
     def off(self, u: Array, y: Array) -> NDArray[np.bool_]:
         """Return which samples are not what GAIN answers to ``u``: y[k] is read before u[k] acts, the first at 0 V."""
@@ -59,8 +72,7 @@ class Bench:
 
 def play(bench: Bench, case: Case) -> Verdict:
     """Play ``case`` from connecting to closing, in a process of its own, and judge how it ended."""
-    making = emulated(GAIN, kind=bench.kind, speed=case.speed, faults=case.faults, **case.hardware)
-    with TemporaryDirectory() as folder, making as device:
+    with TemporaryDirectory() as folder, bench.made(bench.kind, case) as device:
         path = Path(folder) / "run.h5"
         ended, seconds = _hosted(device.address, bench.protocol(), path, case)
         output = _output(device, bench.safe_level_v, ended)
@@ -110,7 +122,7 @@ def _record(pipe: Connection, address: str, protocol: str, path: Path, naps: tup
     pipe.send(Ended(ends[type(outcome.failure)], outcome.reason, events))
 
 
-def _output(device: Emulated, safe_level_v: float, ended: Ended) -> Output:
+def _output(device: Any, safe_level_v: float, ended: Ended) -> Output:
     """Return where the output comes to rest, by the device itself."""
     deadline = time.monotonic() + COME_TO_REST_S
     while True:

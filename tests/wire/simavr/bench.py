@@ -52,8 +52,10 @@ CONTEXT.set_forkserver_preload(["tests.wire.emulated", "tests.wire.warm"])
 
 @dataclass(frozen=True)
 class Seen:
-    """What the board really does, not asked over its link; ``periods`` are the shortest and longest of the last run, in
-    cycles of the processor, ``idle`` is the part of it that the processor slept.
+    """What the board really does, not asked over its link; ``struck`` counts every scripted fault.
+
+    ``periods`` are the shortest and longest of the last run, in cycles of the processor, and ``idle`` is the part of
+    that run which the processor slept.
     """
 
     level_v: float | None = None
@@ -63,6 +65,7 @@ class Seen:
     periods: tuple[int, int] = (0, 0)
     idle: float = 0.0
     troubles: tuple[str, ...] = ()
+    struck: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -155,8 +158,8 @@ def _serve(rig: "_Rig", cable: "_Cable", pipe: Connection, board: "subprocess.Po
             rig.catch_up()
             if what in SIGNALS:
                 board.send_signal(SIGNALS[what])
-            pipe.send(rig.seen)
-        cable.carry()
+            pipe.send(replace(rig.seen, struck=cable.struck))
+        cable.carry(rig.position)
 
 
 class _Rig:
@@ -205,21 +208,20 @@ class _Host:
     def __init__(self, patience_s: float) -> None:
         self._patience_s, self._reader = patience_s, FrameReader()
         self._total = self._fed = 0
-        self._spoke_s = time.monotonic()
+        self._fed_s = time.monotonic()
 
     def said(self, data: bytes) -> None:
         """Note what the host sent."""
         for frame in self._reader.feed(data):
-            self._spoke_s = time.monotonic()
             if frame.kind == Kind.COMMAND and (armed := _ARM.match(frame.payload)):
                 self._total, self._fed = int(armed[1]), 0
             elif frame.kind == Kind.OUTPUT:
-                self._fed = frame.number + len(frame.payload) // 2
+                self._fed, self._fed_s = frame.number + len(frame.payload) // 2, time.monotonic()
 
     def is_behind(self, played: int) -> bool:
         """Return whether to wait for it."""
         needed = min(self._total, played + UNO.output_fifo // 2)
-        return self._fed < needed and time.monotonic() - self._spoke_s < self._patience_s
+        return self._fed < needed and time.monotonic() - self._fed_s < self._patience_s
 
 
 class _Cable:
@@ -231,9 +233,15 @@ class _Cable:
         self.uart, self._wire, self._port = uart, FaultyWire(faults), PtyPort()
         self.path, self._to_host = self._port.path, b""
 
-    def carry(self) -> None:
-        """Pass on what has arrived on both sides."""
+    @property
+    def struck(self) -> tuple[int, ...]:
+        """Return how often each fault of the script happened."""
+        return tuple(self._wire.mischief.struck)
+
+    def carry(self, played: int) -> None:
+        """Pass on what has arrived on both sides; faults may wait for so many samples ``played``."""
         now_s = time.monotonic()
+        self._wire.happening(played)
         if heard := self._wire.to_device(self._port.read(MOST_BYTES), now_s):
             self.host.said(heard)
             self.uart.sendall(heard)

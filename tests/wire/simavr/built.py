@@ -35,7 +35,7 @@ def built(**settings: str | int) -> Built:
     """Build both, once a process; ``settings`` are variables of the Makefile, such as ``BAUD``."""
     folder = Path(_folder().name) / ("-".join(map(str, settings.values())) or "plain")
     variables = [f"{name}={value}" for name, value in settings.items()]
-    _run("make", "-C", str(FIRMWARE), f"BUILD={folder}", *variables)
+    _run("make", "-C", str(FIRMWARE), f"BUILD={folder}", "STRICT=1", *variables)
     _run("gcc", "-O2", "-Wall", "-Werror", f"-I{HEADERS}", "-o", str(folder / "board"), str(BOARD), "-lsimavr", "-lelf")
     return Built(folder / "firmware.elf", folder / "board")
 
