@@ -42,6 +42,7 @@ class Device(ABC):
 
     Connecting outputs nothing. Use as a context manager; leaving it closes the link and does not touch the output.
     ``held`` is let go of, last first, once the link is closed; ``claim`` is the lock on the port, where there is one.
+    A ``guardian``, once posted (``rig/guardian.py``), watches over all that is output.
     """
 
     emulator: ClassVar[str] = ""  # module:function that offers such a device in front of a rig, rig.emulation.Serve
@@ -163,7 +164,8 @@ class Device(ABC):
         if not (np.isfinite(ramp_s) and ramp_s >= 0):
             raise RefusedError("not a ramp time", value=f"{ramp_s} s", allowed="0 s or more")
         log.info("ramp to %g V in %g s", level_v, ramp_s)
-        self._safe(float(level_v), float(ramp_s))
+        with nullcontext() if self.guardian is None else self.guardian.over(level_v, ramp_s):
+            self._safe(float(level_v), float(ramp_s))
 
     @final
     def level_v(self) -> float | None:
@@ -228,6 +230,8 @@ class Device(ABC):
         expected, patience_s = 0, STALL_S + 2 / rate_hz
         self._inputs = inputs
         with self._halted_afterwards():
+            if self.guardian is not None:
+                self.guardian.arm(safe_level_v, ramp_s)
             self._begin(samples, rate_hz, safe_level_v, ramp_s)
             deadline = time.monotonic() + patience_s
             while expected < samples.size:

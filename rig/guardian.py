@@ -17,8 +17,8 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterable
-from contextlib import suppress
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import final
@@ -28,8 +28,8 @@ from rig.device import Device
 from rig.errors import DeviceError, RigError
 from rig.ownership import Claim
 
-ANSWER_S = 20.0
-"""Longest wait for the guardian's answer; a computer that needs longer to load a driver is no place for a run."""
+READY_S, ANSWER_S = 20.0, 2.0
+"""Longest waits for a guardian to load its driver, and for its answer; where more is needed is no place for a run."""
 TRY_FOR_S, TRY_AGAIN_S = 10.0, 0.02
 """How long a guardian tries to reach the device: the system may still be closing the port, or a cable be off."""
 
@@ -66,20 +66,46 @@ class Guardian:
         """Return whether there still is such a process."""
         return self._process.poll() is None
 
+    def ready(self) -> None:
+        """Wait until the guardian has loaded its driver; raise DeviceError when it does not come to that."""
+        if not self._ready:
+            self._await("ready", READY_S)
+            self._ready = True
+
     def arm(self, level_v: float, ramp_s: float) -> None:
         """Have the output brought to ``level_v`` when this program dies; raise DeviceError unless that is promised."""
-        if not self._ready:
-            self._await("ready")
-            self._ready = True
+        self.ready()
         self._tell(f"arm {level_v!r} {ramp_s!r}")
-        self._await("armed")
         self._armed = True
+        self._await("armed", ANSWER_S)
 
-    def disarm(self) -> None:
-        """Say that the output is safe, so that it is left alone; raise DeviceError when nobody is there to hear it."""
-        self._tell("disarm")
-        self._await("disarmed")
-        self._armed = False
+    @contextmanager
+    def over(self, level_v: float, ramp_s: float) -> Iterator[None]:
+        """Watch over the way to a level, and let the output be when it is there.
+
+        A guardian that does not answer must not keep the output from getting there: it is given up, and one that is not
+        ready yet is not waited for.
+        """
+        if not self._ready:
+            yield
+            return
+        with self._given_up():
+            self._tell(f"arm {level_v!r} {ramp_s!r}")
+            self._armed = True
+        yield
+        with self._given_up():
+            self._tell("disarm")
+            self._armed = False
+            self._await("disarmed", ANSWER_S)
+
+    @contextmanager
+    def _given_up(self) -> Iterator[None]:
+        """Kill a guardian that is of no use any more."""
+        try:
+            yield
+        except DeviceError:
+            self._process.kill()
+            self._process.wait()
 
     def leave(self) -> None:
         """Close the pipe and wait: one that is still armed now tries its luck, any other one ends."""
@@ -91,7 +117,7 @@ class Guardian:
             with suppress(OSError):
                 stream.close()
         try:
-            self._process.wait(ANSWER_S)
+            self._process.wait(READY_S)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
@@ -103,19 +129,17 @@ class Guardian:
         except OSError as error:
             raise self._gone() from error
 
-    def _await(self, word: str) -> None:
-        """Wait until the guardian says ``word``; raise DeviceError when it says nothing, or anything else."""
+    def _await(self, word: str, patience_s: float) -> None:
+        """Wait until the guardian says ``word``; raise DeviceError when it does not in time."""
         assert self._process.stdout is not None
-        deadline = time.monotonic() + ANSWER_S
-        while b"\n" not in self._said:
+        deadline = time.monotonic() + patience_s
+        while word.encode() not in (lines := self._said.split(b"\n"))[:-1]:
             in_time = select.select([self._process.stdout], [], [], max(0.0, deadline - time.monotonic()))[0]
             heard = self._process.stdout.read(4096) if in_time else b""
             if not heard:
                 raise self._gone()
             self._said += heard
-        line, _, self._said = self._said.partition(b"\n")
-        if line != word.encode():
-            raise self._gone()
+        self._said = b"\n".join(lines[lines.index(word.encode()) + 1:])
 
     def _gone(self) -> DeviceError:
         """Return what is to be said when the guardian does not answer."""

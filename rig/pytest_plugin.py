@@ -76,12 +76,17 @@ def rig_address(request: pytest.FixtureRequest) -> Iterator[str]:
 
 @pytest.fixture
 def rig_device(rig_address: str, request: pytest.FixtureRequest) -> "Iterator[Device]":
-    """Give the device under test, connected; its output is at the safe level when the test is over, however it ends."""
+    """Give the device under test, connected; its output is at the safe level when the test is over, however it ends.
+
+    A guardian sees to that where the tests are killed.
+    """
     from rig import registry
+    from rig.guardian import post
     from rig.units import quantity
 
     level_v = quantity(request.config.getoption(SAFE_OPTION), "V")
     with registry.connect(rig_address) as device:
+        post(device)
         try:
             yield device
         finally:

@@ -18,7 +18,7 @@ from typing import Protocol
 
 from rig.device import Array, Block, Device, Flag
 from rig.errors import DeviceError, IncompleteError, RigError, StarvedError
-from rig.guardian import Guardian, post
+from rig.guardian import post
 from rig.plan import Plan
 from rig.recorded import Event
 
@@ -97,18 +97,18 @@ def run(plan: Plan, device: Device, writer: Sink, progress: Progress = lambda do
     programming error is raised once all is safe.
     """
     guardian = post(device)
+    if guardian is not None:
+        guardian.ready()
     with _stop_requests() as stop:
         blocks = device.stream(plan.u, plan.rate_hz, plan.limits, plan.safe_level_v, plan.ramp_s, len(plan.inputs))
-        if guardian is not None:
-            guardian.arm(plan.safe_level_v, plan.ramp_s)
         state = _Progress(plan.u.size)
         ended_by = _guarded(lambda: _approach(plan, device, state)) or _guarded(
             lambda: _play(plan, blocks, writer, progress, state, stop))
         if isinstance(ended_by, RigError):
             state.note("failed", str(ended_by))
         unsafe = _make_safe(plan, device, blocks, state)
-        if guardian is not None and unsafe is None:
-            _relieve(guardian, state)
+        if guardian is not None and not guardian.alive:
+            state.note("guardian", "the guardian ended before the run did, and did not watch over all of it")
     if ended_by is not None and not isinstance(ended_by, (RigError, KeyboardInterrupt)):
         raise ended_by
     _account(plan, device, state)
@@ -177,13 +177,6 @@ def _make_safe(plan: Plan, device: Device, blocks: Iterator[Block], state: _Prog
     state.note("unsafe", f"the device did not confirm {plan.safe_level_v:g} V: {trouble}")
     return DeviceError("the output is not confirmed safe", value=str(trouble),
                        do="switch the rig off by hand; a device with a watchdog goes to its safe level by itself")
-
-
-def _relieve(guardian: Guardian, state: _Progress) -> None:
-    """Let the guardian go; one that is not there any more did not watch over all of the run, which is told."""
-    trouble = _guarded(guardian.disarm)
-    if trouble is not None:
-        state.note("guardian", f"the run was not watched over to its end: {trouble}")
 
 
 def _outcome(state: _Progress, stop: _StopRequest, ended_by: BaseException | None, unsafe: DeviceError | None,
