@@ -25,6 +25,8 @@ RANGE_V = 10.0
 LSB_V = RANGE_V / 32768
 MAX_RATE_HZ = {"U2351A": 250_000.0, "U2353A": 500_000.0}
 """Models with 16 bits both ways. The coding of the 12-bit outputs of their relatives is not known well enough here."""
+INPUTS = 4
+"""Channels 101 to 104; the model has 8 differential ones, and scans them in turn."""
 BLOCK_S, SHORT_S, POLL_S = 0.1, 0.25, 0.003
 BYTES = 2
 
@@ -38,6 +40,7 @@ class _Run:
     block: int
     started_s: float
     single: bool
+    inputs: int
     received: int = 0
 
     def held_v(self) -> float:
@@ -107,30 +110,33 @@ class U2300a(Device):
         return self._who
 
     def _capabilities(self) -> Capabilities:
-        top_v = 32767 * LSB_V
-        return Capabilities(-top_v, top_v, -top_v, top_v, min_rate_hz=3.0, max_rate_hz=MAX_RATE_HZ[self._who.model],
-                            output_bits=16, input_bits=16, max_samples=MEMORY)
+        top_v, max_rate_hz = 32767 * LSB_V, MAX_RATE_HZ[self._who.model]
+        return Capabilities(-top_v, top_v, -top_v, top_v, min_rate_hz=3.0, max_rate_hz=max_rate_hz, output_bits=16,
+                            input_bits=16, max_samples=MEMORY, inputs=INPUTS, max_total_rate_hz=max_rate_hz,
+                            multiplexed=True)
 
     def _achievable_rate(self, rate_hz: float) -> float:
         """Return what the divider of the 48 MHz clock makes of the whole number of hertz the instrument is told."""
         return CLOCK_HZ / round(CLOCK_HZ / round(rate_hz))
 
     def _begin(self, u: Array, rate_hz: float, safe_level_v: float, ramp_s: float) -> None:
-        single = u.size <= SHORT_S * rate_hz
+        single = u.size <= min(SHORT_S * rate_hz, MEMORY / self._inputs)
         block = u.size if single else max(1, round(BLOCK_S * rate_hz))
         self._prepare(round(rate_hz))
         codes = dac(self.capabilities()).codes(u) + 32768
         self._link.tell_block("DATA", codes.astype("<u2").tobytes())
         self._link.tell("OUTP:WAV:ITER 1", "APPL:USER (@201)",
                         *((f"ACQ:POIN {block}", "DIG") if single else (f"WAV:POIN {block}", "RUN")), "OUTP ON")
-        self._run = _Run(u, rate_hz, block, time.monotonic(), single)
+        self._run = _Run(u, rate_hz, block, time.monotonic(), single, self._inputs)
         self._link.tell("SOUR:DIG:DATA:BIT 1,0,(@501)")
 
     def _prepare(self, rate: int) -> None:
         """Set all that a run depends on; nothing changes at the output. Raise DeviceError where it is not taken."""
+        scan = f"(@{','.join(str(101 + index) for index in range(self._inputs))})"
         self._link.tell(
             "STOP", "OUTP OFF", "ROUT:ENAB OFF,(@202)", "ROUT:ENAB ON,(@201)", "ROUT:CHAN:POL BIP,(@201)",
-            "ROUT:SCAN (@101)", "ROUT:CHAN:RANG 10,(@101)", "ROUT:CHAN:POL BIP,(@101)", "ROUT:CHAN:STYP DIFF,(@101)",
+            f"ROUT:SCAN {scan}", f"ROUT:CHAN:RANG 10,{scan}", f"ROUT:CHAN:POL BIP,{scan}",
+            f"ROUT:CHAN:STYP DIFF,{scan}",
             "CONF:DIG:DIR OUTP,(@501)", "SOUR:DIG:DATA:BIT 0,0,(@501)",
             "TRIG:SOUR EXTD", "TRIG:DTRG:POL POS", "TRIG:TYPE POST",
             "OUTP:TRIG:SOUR EXTD", "OUTP:TRIG:DTRG:POL POS", "OUTP:TRIG:TYP POST",
@@ -165,15 +171,18 @@ class U2300a(Device):
 
     def _fetched(self, run: _Run) -> Block:
         """Return the next samples of the run; what was read behind its end is left out."""
-        payload = self._link.ask_block("WAV:DATA?", BYTES * run.block)
-        if len(payload) != BYTES * run.block:
+        size = BYTES * run.inputs * run.block
+        payload = self._link.ask_block("WAV:DATA?", size)
+        if len(payload) != size:
             raise DeviceError("a block of the wrong size", where=self._link.name, value=f"{len(payload)} bytes",
-                              allowed=f"{BYTES * run.block} bytes")
-        codes: Codes = np.frombuffer(payload, dtype="<i2").astype(np.int32)[:run.u.size - run.received]
-        start, run.received = run.received, run.received + codes.size
+                              allowed=f"{size} bytes")
+        codes: Codes = np.frombuffer(payload, dtype="<i2").astype(np.int32).reshape(-1, run.inputs)
+        codes = codes[:run.u.size - run.received]
+        start, run.received = run.received, run.received + len(codes)
         converter = adc(self.capabilities())
+        y, *further = converter.volts(codes.T)
         flags = Flag.CLIPPED if converter.clipped(codes) else Flag.NONE
-        return Block(start, converter.volts(codes), flags)
+        return Block(start, y, flags, np.array(further)) if further else Block(start, y, flags)
 
     def _running(self) -> _Run:
         """Return the run in progress."""
@@ -193,11 +202,17 @@ class U2300a(Device):
     def _safe(self, level_v: float, ramp_s: float) -> None:
         try:
             self._halt()
-            self._link.tell("OUTP OFF", "STOP")  # a run may be going on that another program began, and died over
+            self._end_foreign_run(level_v)
             self._bring(level_v, ramp_s)
         except DeviceError:
             self._link.shout("OUTP OFF", "STOP", f"SOUR:VOLT {level_v:.6f},(@201)")
             raise
+
+    def _end_foreign_run(self, level_v: float) -> None:
+        """End a run that another program began and died over; nobody knows its level, so there is no ramp from it."""
+        if self._link.ask("OUTP?").strip() not in ("OFF", "0"):
+            self._link.tell("OUTP OFF", "STOP")
+            self._put_out(level_v)
 
     def _bring(self, level_v: float, ramp_s: float) -> None:
         """Ramp to a level, V, and read it back; raise DeviceError when it is another."""

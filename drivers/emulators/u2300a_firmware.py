@@ -28,7 +28,7 @@ HARDWARE = Hardware(
     Identity("U2351A", "EMU", "A.2009.08.18"),
     Capabilities(output_low_v=-32767 * LSB_V, output_high_v=32767 * LSB_V, input_low_v=-32767 * LSB_V,
                  input_high_v=32767 * LSB_V, min_rate_hz=3.0, max_rate_hz=250_000.0, output_bits=16, input_bits=16,
-                 buffer_samples=1 << 20, max_samples=MEMORY),
+                 buffer_samples=1 << 20, max_samples=MEMORY, inputs=4, max_total_rate_hz=250_000.0, multiplexed=True),
     output_fifo=4 * FEED, input_fifo=1 << 20, clock_hz=CLOCK_HZ,
 )
 
@@ -46,7 +46,7 @@ class _Settings:
     output_waits: bool = False
     enabled: bool = False
     user: bool = False
-    scan: str = "(@101)"
+    scan: tuple[int, ...] = (101,)
     pattern: Codes = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
 
 
@@ -69,7 +69,7 @@ class U2300aFirmware:
             "ACQuire:SRATe": self._input_rate, "ACQuire:SRATe?": lambda text, now_s: str(self._set.input_rate),
             "ACQuire:POINts": self._points, "ACQuire:POINts?": lambda text, now_s: str(self._set.points),
             "WAVeform:POINts": self._block, "WAVeform:POINts?": lambda text, now_s: str(self._set.block),
-            "ROUTe:SCAN": self._scan, "ROUTe:SCAN?": lambda text, now_s: self._set.scan,
+            "ROUTe:SCAN": self._scan, "ROUTe:SCAN?": lambda text, now_s: _channels(self._set.scan),
             "ROUTe:CHANnel:RANGe": self._accept("10"), "ROUTe:CHANnel:POLarity": self._accept("BIPolar"),
             "ROUTe:CHANnel:STYPe": self._accept("DIFFerential", "SINGleended", "NRS"),
             "ROUTe:ENABle": self._enable, "CONFigure:DIGital:DIRection": self._accept("OUTPut", "INPut"),
@@ -139,8 +139,10 @@ class U2300aFirmware:
     def _begin(self, now_s: float) -> None:
         """Start the clock: of the input, and of the output where that waits for the same edge."""
         settings = self._set
+        if settings.input_rate * len(settings.scan) > self.model.hardware.capabilities.max_rate_hz:
+            raise RefusedError(-221)
         self.model.arm(ENDLESS if self._continuous else settings.points, settings.input_rate, (0.0, 0.0),
-                       self._seed + self._runs)
+                       self._seed + self._runs, len(settings.scan))
         self._runs += 1
         self._playing, self._delay = self._output_on and settings.output_waits and self._may_play, 0
         self._held = int(self.model.bench.dac.codes(np.array([self.model.level_v(now_s) or 0.0]))[0])
@@ -238,9 +240,10 @@ class U2300aFirmware:
         self._set.block = whole(text, 1, self.model.hardware.input_fifo)
 
     def _scan(self, text: str, now_s: float) -> None:
-        if text.strip() != "(@101)":
+        listed = tuple(int(number) for number in text.strip().removeprefix("(@").removesuffix(")").split(","))
+        if listed != tuple(range(101, 101 + len(listed))) or len(listed) > self.model.hardware.capabilities.inputs:
             raise RefusedError(-224)
-        self._set.scan = text.strip()
+        self._set.scan = listed
 
     def _enable(self, text: str, now_s: float) -> None:
         state, _, channels = text.partition(",")
@@ -264,3 +267,8 @@ class U2300aFirmware:
         def take(text: str, now_s: float) -> None:
             word(text.partition(",")[0].strip(), *allowed)
         return take
+
+
+def _channels(numbers: tuple[int, ...]) -> str:
+    """Return a channel list (SCPI-99, 8.3.2)."""
+    return f"(@{','.join(map(str, numbers))})"
