@@ -24,7 +24,7 @@ from identify.readings.range_end import RangeEnd, range_ends
 from identify.stage import Place
 from identify.trace import Trace
 
-LOOKS = 3
+LOOKS = 8  # at most: each look mends more of a loss that had moved the plain model
 WORTH = 0.5  # share of the plain model's misfit that may be left for its blemishes to count before it is explained
 Prepared = Callable[[Split], tuple[Bench, Hypothesis]]
 
@@ -96,9 +96,11 @@ def _looked(
     for _ in range(LOOKS):
         if not rough.found or seen.found:
             break
-        chain = fitted(rough)
+        chain, last = fitted(rough), rough
         seen = mended(chain, *runs, noise_v, leave_out)
         rough = mended(chain, *runs, noise_v, leave_out, rough=True)
+        if rough.found == last.found:
+            break
     return seen
 
 
