@@ -3,7 +3,8 @@
 A guardian is a process of its own, started before anything is output. It holds the end of a pipe that closes when the
 program dies, by whatever cause, and the lock on the port, so that nobody gets in between. It does not touch the port
 before the pipe closes; then it connects as any program would, ramps the output to the safe level, and says so on
-stderr. A device with a watchdog would get there by itself, only later; one without has nobody else.
+stderr. A device with a watchdog would get there by itself, only later; one without has nobody else. (A child that the
+program forked and left behind keeps pipe and port open, and the guardian away from both. Nothing here forks.)
 
 What the two say to each other, in lines: the program ``arm LEVEL_V RAMP_S``, ``disarm``, and ``once`` when it goes of
 its own will and could not make the output safe; the guardian ``ready`` once the driver is loaded, ``armed`` and
