@@ -99,11 +99,15 @@ class RedPitaya(Device):
                 yield behind(where, read_rig(amplified).amplifier)
 
     def _introduced(self) -> Identity:
-        """Return who answers; raise DeviceError for anything but a Red Pitaya."""
+        """Return who answers; raise DeviceError for anything but a Red Pitaya.
+
+        Boards call themselves number 0, all of them: where one does, it is known by its host.
+        """
         maker, model, serial, firmware = (part.strip() for part in self._link.introduce().split(",", 3))
         if maker.upper().replace(" ", "") != "REDPITAYA":
             raise DeviceError("not a Red Pitaya", where=self._link.name, value=f"{maker} {model}")
-        return Identity(f"Red Pitaya {model}", serial, firmware)
+        unique = serial if serial.strip("0") else self._link.name.split("::")[1]
+        return Identity(f"Red Pitaya {model}", unique, firmware)
 
     def _identity(self) -> Identity:
         return self._who

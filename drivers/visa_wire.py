@@ -17,7 +17,7 @@ from rig.errors import DeviceError, UsageError
 if TYPE_CHECKING:
     from pyvisa.resources import MessageBasedResource
 
-OPEN_S, SLICE_S = 3.0, 0.05
+OPEN_S, SLICE_S, FLOOD_S = 3.0, 0.05, 2.0
 PIECE = 4096
 """Bytes written at once to a socket: pyvisa-py waits without end for room, so room is awaited here before each."""
 MESSAGE = 1 << 18
@@ -147,10 +147,13 @@ class SocketWire(VisaWire):
         return bool(self._read(1, 0.0))
 
     def forget(self) -> None:
-        """Drop what arrived until now, but wait for nothing."""
+        """Drop what arrived until now, but wait for nothing; raise DeviceError when it does not end."""
         self._stop_at_line_ends(False)
+        deadline = time.monotonic() + FLOOD_S
         while self._read(PIECE, 0.0):
-            pass
+            if time.monotonic() > deadline:
+                raise DeviceError("the device sends without being asked, without end", where=self.name,
+                                  do="check that the address is right, then restart the device")
 
     def _prepare(self) -> None:
         """Have every message sent at once: held back until the one before is acknowledged it would come 40 ms late."""

@@ -285,3 +285,26 @@ def test_a_queue_full_of_errors_is_told_in_few_words() -> None:
         with pytest.raises(DeviceError, match="Queue overflow") as failure:
             link.tell(*["SOUR:VOLT 1"] * 100)
     assert len(str(failure.value)) < 500
+
+
+def test_a_device_that_sends_without_end_is_given_up_in_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drivers.scpi_link.CLEAN_S", 0.2)
+    monkeypatch.setattr("drivers.visa_wire.FLOOD_S", 0.2)
+
+    def flood(listener: socket.socket) -> None:
+        with suppress(OSError):
+            while True:
+                connection = listener.accept()[0]
+                with connection, suppress(OSError):
+                    while True:
+                        connection.sendall(b"noise" * 1000)
+
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        thread = threading.Thread(target=flood, args=(listener,), daemon=True)
+        thread.start()
+        begun = time.monotonic()
+        with pytest.raises(DeviceError, match=r"without end|a line without an end"):
+            ScpiLink(f"TCPIP::127.0.0.1::{listener.getsockname()[1]}::SOCKET").introduce()
+        assert time.monotonic() - begun < 4.0
+        listener.shutdown(socket.SHUT_RDWR)
+    thread.join(2)
