@@ -97,14 +97,19 @@ def rig_device(rig_address: str, request: pytest.FixtureRequest) -> "Iterator[De
 def rig_record(rig_device: "Device", rig_address: str, tmp_path: Path) -> "Callable[[str | Path], Recording]":
     """Give a function that plays the protocol in a file on the device under test and returns the recording.
 
-    A run that is not complete raises what `rig run` would tell.
+    A run that is not complete raises what `rig run` would tell; so does a rig file with an amplifier that the device's
+    address does not have: the device would be given volts that are meant behind it.
     """
+    from rig.errors import UsageError
     from rig.protocol import read_protocol
-    from rig.session import play, shipped
+    from rig.session import at_rig, play, shipped
 
     def record(path: str | Path) -> "Recording":
         out = tmp_path / f"{Path(path).stem}-{len(list(tmp_path.glob('*.h5')))}.h5"
-        done = play(read_protocol(shipped(path)), rig_address, rig_device, out)
+        protocol = read_protocol(shipped(path))
+        if (behind := at_rig(rig_address, protocol.rig)) != rig_address:
+            raise UsageError("there is an amplifier behind the device", where=str(path), do=f"name it {behind}")
+        done = play(protocol, rig_address, rig_device, out)
         if done.outcome.failure is not None:
             raise done.outcome.failure
         return done.recording

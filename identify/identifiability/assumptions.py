@@ -5,6 +5,7 @@ values held in the rig file, or a start from rest, some of them are told and the
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import inf
 
 from identify.bent.curved import SIDES, CurvedPlay
@@ -29,9 +30,9 @@ def assumed(model: Model, fit: Fit, observations: Sequence[Observation]) -> list
     if DELAYS[0] in found:
         told += _delay(model, fit, observations)
     if any(name in found for name in GAINS):
-        told.append(_gain(model))
+        told.append(_with_facts(_gain(model), observations, "gain"))
     if OFFSETS[0] in found or fit.chain.stage_of(CurvedPlay) is not None:
-        told.append(_offset_of_u(fit))
+        told.append(_with_facts(_offset_of_u(fit), observations, "offset"))
     if OFFSETS[1] in found or fit.chain.stage_of(Gain) is not None:
         told.append(_offset_of_y(fit, found.get(OFFSETS[1])))
     return told + _of_shape(model, fit) + _exchange(fit)
@@ -69,6 +70,15 @@ def _delay(model: Model, fit: Fit, observations: Sequence[Observation]) -> list[
         "delay shared between G1 and G2",
         "F does not care how fast it is driven, so a delay before it gives the same output as one behind it", kept,
     )]  # fmt: skip
+
+
+def _with_facts(told: Unidentifiable, observations: Sequence[Observation], name: str) -> Unidentifiable:
+    """Return the same with what is known of the devices: output and input together, so not which of them it is."""
+    known = dict.fromkeys(o.trace.device for o in observations if o.trace.device is not None)
+    facts = [(value, unit, device) for device in known for fact, value, unit in device.facts if fact == name]
+    whose = f"; of the device, output and input together, {name}"
+    beside = "".join(f"{whose} {shown_interval(value, unit)}: {device.origin}" for value, unit, device in facts)
+    return replace(told, fixed_by=told.fixed_by + beside)
 
 
 def _gain(model: Model) -> Unidentifiable:

@@ -2,12 +2,16 @@
 
 import subprocess
 import sys
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from tests.architecture.house import ROOT
 from tests.flow.console import rig, start
+from tests.rigs import QUIET
+from tests.wire.emulated import emulated
 
 EXAMPLE = ROOT / "tests" / "hardware"
 
@@ -63,6 +67,40 @@ def test_a_device_with_an_address_of_its_own_is_hardware_and_left_safe_by_a_test
     assert "1 failed, 1 passed" in ended.stdout
     level_v = float(ended.stdout.partition("level ")[2].split()[0])
     assert level_v == pytest.approx(0.5, abs=1e-3)
+
+
+KILLED = """
+import numpy as np
+from pathlib import Path
+from rig.plan import Limits
+
+def test_that_is_killed(rig_device):
+    for block in rig_device.stream(np.full(400_000, 3.0), 10_000.0, Limits(-5.0, 5.0)):
+        if block.y.size:
+            Path("playing").touch()
+"""
+
+
+def test_killed_tests_leave_the_output_safe(tmp_path: Path) -> None:
+    (tmp_path / "test_it.py").write_text(KILLED)
+    with emulated(QUIET, watchdog_s=60.0) as board:
+        options = ["-q", "--no-cov", "-p", "no:cacheprovider", "--rig-device", board.address, "test_it.py"]
+        command = [sys.executable, "-m", "pytest", *options]
+        with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.DEVNULL) as tests:
+            assert within(30.0, (tmp_path / "playing").exists)
+            assert board.look().level_v == pytest.approx(3.0, abs=1e-3)
+            tests.kill()
+        assert within(5.0, lambda: board.look().level_v == 0.0)
+
+
+def within(seconds: float, fact: Callable[[], bool]) -> bool:
+    """Return whether something becomes true in time."""
+    deadline = time.monotonic() + seconds
+    while not fact():
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.02)
+    return True
 
 
 def test_an_address_that_names_no_driver_is_a_usage_error(tmp_path: Path) -> None:
