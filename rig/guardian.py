@@ -51,11 +51,11 @@ class Guardian:
     def __init__(self, address: str, identity: str, claim: Claim) -> None:
         """Start the process; raise DeviceError when that fails."""
         self._where, self._said, self._ready, self._armed = address, b"", False, False
-        post = json.dumps({"address": address, "identity": identity, "port": claim.port, "lock": claim.fileno()})
-        path = os.pathsep.join(folder or str(Path.cwd()) for folder in sys.path)
+        post = json.dumps({"address": address, "identity": identity, "port": claim.port, "lock": claim.fileno(),
+                           "path": sys.path})
         try:
             self._process = subprocess.Popen(
-                [sys.executable, "-P", "-m", "rig.guardian", post], env={**os.environ, "PYTHONPATH": path},
+                [sys.executable, "-P", "-m", "rig.guardian", post], env=_environment(),
                 stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0, pass_fds=[claim.fileno()],
                 start_new_session=True)
         except OSError as error:
@@ -148,6 +148,12 @@ class Guardian:
                            value=f"exit code {self._process.poll()}", do="see what it wrote to stderr; then run again")
 
 
+def _environment() -> dict[str, str]:
+    """Return the environment in which the guardian finds this package, and nothing that hides Python's own modules."""
+    home = str(Path(__file__).parents[1])
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, (home, os.environ.get("PYTHONPATH"))))}
+
+
 def post(device: Device) -> Guardian | None:
     """Return the guardian of ``device``, posted now or before; None where nothing outlives this program.
 
@@ -216,6 +222,7 @@ def main(posted: str) -> int:
     told = json.loads(posted)
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
+    sys.path[:] = told["path"]
     registry.driver_at(told["address"])[0].warm_up()
     _say(1, "ready")
     order = watch(sys.stdin.buffer, 1)

@@ -114,7 +114,9 @@ def test_a_program_that_dies_before_it_played_leaves_the_output_as_it_was() -> N
         assert "guardian:" not in ended.stderr
 
 
-def test_a_run_that_ended_well_leaves_nobody_behind() -> None:
+def test_a_run_that_ended_well_leaves_nobody_behind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "re.py").write_text("raise ImportError('a file of the operator hides a module of Python')")
+    monkeypatch.syspath_prepend(tmp_path)
     with emulated(GAIN, speed=3) as bench:
         outcome = _run(bench)
         assert outcome.complete
