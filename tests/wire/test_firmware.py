@@ -1,5 +1,7 @@
 """Does the firmware, unmodified in simavr, keep time, keep the output safe, and record what the emulator does?"""
 
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import fields
@@ -15,6 +17,7 @@ from rig.plan import Limits
 from rig.registry import connect
 from rig.rigfile import read_rig
 from rig.session import shipped
+from tests.architecture.house import ROOT
 from tests.rigs import GAIN
 from tests.wire.emulated import emulated
 from tests.wire.simavr.bench import FREQUENCY_HZ, UNO, Board, on_simavr
@@ -23,6 +26,7 @@ from tests.wire.talk import Talk
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing())
 
+EXAMPLE = "tests/hardware"
 LIMITS = Limits(-10.0, 10.0, None)
 LSB_V = UNO.capabilities.output_lsb_v
 
@@ -127,6 +131,16 @@ def test_a_reset_before_anything_was_output_outputs_nothing(board: Board) -> Non
         board.reset()
         assert talk.level() == (None, "idle")
     assert board.look().level_v is None
+
+
+def test_the_same_test_file_as_on_the_bench_passes_on_it() -> None:
+    with on_simavr(read_rig(shipped("rigs/opamp_backlash.yaml")).text, speed=4) as board:
+        command = ["-m", "pytest", "-q", "--no-cov", "-p", "no:cacheprovider", "--rig-device", board.address, EXAMPLE]
+        ended = subprocess.run([sys.executable, *command], cwd=ROOT, capture_output=True, text=True, check=False)
+        seen = board.look()
+    assert "3 passed" in ended.stdout, ended.stdout + ended.stderr
+    assert seen.played > 10_000
+    assert seen.level_v == 0.0
 
 
 def test_samples_that_found_no_room_are_told_as_lost_and_the_others_are_right() -> None:
