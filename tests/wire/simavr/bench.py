@@ -159,7 +159,7 @@ def _serve(rig: "_Rig", cable: "_Cable", pipe: Connection, board: "subprocess.Po
             if what in SIGNALS:
                 board.send_signal(SIGNALS[what])
             pipe.send(replace(rig.seen, struck=cable.struck))
-        cable.carry(rig.position)
+        cable.carry(rig.seen.played)
 
 
 class _Rig:
