@@ -18,7 +18,7 @@ import numpy as np
 
 from drivers.scpi_link import ScpiLink
 from drivers.scpi_output import ramp
-from drivers.visa_wire import load
+from drivers.visa_resource import load
 from rig.amplifier import behind
 from rig.device import Array, Block, Capabilities, Device, Flag, Identity
 from rig.emulation import offered

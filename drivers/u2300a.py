@@ -14,7 +14,7 @@ import numpy as np
 from drivers.converter import Codes, adc, dac
 from drivers.scpi_link import ScpiLink
 from drivers.scpi_output import ramp
-from drivers.visa_wire import load
+from drivers.visa_resource import load
 from rig.device import Array, Block, Capabilities, Device, Flag, Identity
 from rig.errors import DeviceError, UsageError
 

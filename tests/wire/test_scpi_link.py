@@ -116,10 +116,10 @@ def test_a_late_identity_is_not_taken_for_the_handshake() -> None:
         assert link.ask("NEXT?") == "reply to NEXT?"
 
 
-@pytest.mark.parametrize("number", range(100, 256, 13))
+@pytest.mark.parametrize("number", [100, 137, 200, 255])
 def test_a_late_reply_that_is_a_number_does_not_pass_for_the_fence(number: int) -> None:
     """The late reply may be any number; should it be that of the fence, the identity is out of step and tells."""
-    with linked(lambda query: (0.15, f"{number}\r\n".encode()) if query == "N?" else said(query)) as (peer, link):
+    with linked(lambda query: (0.6, f"{number}\r\n".encode()) if query == "N?" else said(query)) as (peer, link):
         answer = peer.reply
 
         def twice(command: str) -> Reply | None:
