@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from identify.calibration import Cable, Pass
 
 SAMPLES, PASSES = 4000, 8
+SHORTEST = 0.8
+"""Of the samples, in a pass."""
 LONGEST_HOLD = 5
 """Samples: short enough to see how a step arrives, long enough to see it settle."""
 TIMID = 0.1
@@ -106,9 +108,13 @@ def measured_on(device: Device, wish: Wish, progress: Progress, seed: int = 0) -
 
 
 def _levels(random: np.random.Generator) -> Array:
-    """Return random levels within 1 of 0, each held for a few samples."""
-    held = random.integers(1, LONGEST_HOLD + 1, SAMPLES)
-    return np.asarray(np.repeat(random.uniform(-1.0, 1.0, SAMPLES), held)[:SAMPLES])
+    """Return random levels within 1 of 0, each held for a few samples.
+
+    No two passes are equally long: a hum that began each time at the same instant would leave the same trace in all.
+    """
+    size = int(random.integers(round(SHORTEST * SAMPLES), SAMPLES + 1))
+    held = random.integers(1, LONGEST_HOLD + 1, size)
+    return np.asarray(np.repeat(random.uniform(-1.0, 1.0, size), held)[:size])
 
 
 def _played(device: Device, wish: Wish, rate_hz: float, shape: Array) -> "list[Pass]":

@@ -92,6 +92,8 @@ def recorded(done: "Recorded") -> Iterator[str]:
         kept = f"{outcome.samples} of {total} samples kept"
         yield f"{segment.path}: {f'all {total} samples recorded' if outcome.complete else kept}"
         yield from (f"  {event.kind}: {event.text}" for event in outcome.events if event.kind != "safe")
+    if done.segments[0].recording.origin.equipment.calibration:
+        yield "  the calibration of the device is kept with it"
     if len(done.segments) > 1:
         yield f"  retried: give all of {' '.join(map(str, done.paths))} to `rig identify` and `rig explain`"
 

@@ -125,8 +125,9 @@ def _segment(
     plan: Plan, address: str, device: Device, out: Path, progress: runner.Progress, overwrite: bool,
 ) -> Segment:  # fmt: skip
     """Play a plan and keep what comes back."""
-    u = device.quantise(plan.u)
-    with Writer(out, plan, equipment(address, device, plan.rate_hz), u, overwrite) as writer:
+    u, found = device.quantise(plan.u), equipment(address, device, plan.rate_hz)
+    known = replace(found, calibration=kept_for(found, plan.rate_hz, now()))
+    with Writer(out, plan, known, u, overwrite) as writer:
         outcome = runner.run(plan, device, writer, progress)
         recording = writer.finish(outcome.complete, outcome.reason, outcome.events)
     return Segment(out, recording, outcome)
@@ -202,5 +203,4 @@ def equipment(address: str, device: Device, rate_hz: float) -> Equipment:
         "input_range": f"{can.input_low_v:g} to {can.input_high_v:g} V", "input_bits": str(can.input_bits), **volts,
         "inputs_read": "in turn, each 1/n of a sample period after the one before" if can.multiplexed else "together",
     }
-    found = Equipment(address, identity.model, identity.serial, identity.firmware, settings)
-    return replace(found, calibration=kept_for(found, rate_hz, now()))
+    return Equipment(address, identity.model, identity.serial, identity.firmware, settings)

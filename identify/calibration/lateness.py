@@ -104,15 +104,17 @@ class _Seen:
 
 
 def _cost(taps: Taps, delay_s: Array, constant_s: Array) -> Array:
-    """Return chi-squared (M,) of one rate."""
+    """Return chi-squared (M,) of one rate, from what is left of the taps: their squares would drown it in rounding."""
     instants = np.arange(taps.first - 1, taps.first + taps.h.size) / taps.rate_hz
     ages = np.maximum(instants - delay_s[:, None], 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         late = np.where(constant_s[:, None] > 0.0, np.exp(-ages / constant_s[:, None]), 0.0)
     model = np.diff(np.where(ages > 0.0, 1.0 - late, 0.0), axis=1)
     weighed = model @ taps.information
-    sizes, right = np.sum(weighed * model, axis=1), float(taps.h @ taps.information @ taps.h)
-    return right - (weighed @ taps.h) ** 2 / np.where(sizes > 0.0, sizes, np.inf)
+    sizes = np.sum(weighed * model, axis=1)
+    gains = (weighed @ taps.h) / np.where(sizes > 0.0, sizes, np.inf)
+    left = taps.h - gains[:, None] * model
+    return np.asarray(np.sum((left @ taps.information) * left, axis=1))
 
 
 def _least(law: Law, tried: Array) -> float:

@@ -1,13 +1,15 @@
 """Does the calibration of an emulated device hold the truth, and is a rig that is no cable left alone?"""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from rig.calibrating import Wish, calibrate, measured_on
-from rig.calibration import read_calibration
+from rig.calibration import kept_for, read_calibration
 from rig.device import Device
-from rig.errors import RefusedError
+from rig.errors import FileError, RefusedError
+from rig.recorded import Equipment
 from rig.registry import connect
 from tests.rigs import CABLE, QUIET
 from tests.wire.emulated import emulated
@@ -36,6 +38,22 @@ def test_a_calibration_is_kept_with_what_it_is_true_of(tmp_path: Path) -> None:
     assert kept.input_step is not None
     assert kept.input_step.value == pytest.approx(40.0 / (2**24 - 2), rel=1e-9)
     assert not kept.warnings
+
+
+def test_it_is_kept_where_a_run_finds_it_whatever_stood_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("RIG_CALIBRATIONS", str(tmp_path))
+    path = tmp_path / "loopback-a_cable-4000_Hz.json"
+    path.write_text("half of a calib")
+    with pytest.raises(FileError, match=r"loopback-a_cable-4000_Hz\.json:1: not valid JSON"):
+        kept_for(Equipment("", "loopback", "a cable", "1"), 4000.0, "")
+    done = calibrate(wired(tmp_path, CABLE), replace(WISH, inputs=2), None)
+    assert done.path == path
+    assert kept_for(Equipment("", "loopback", "a cable", "1"), 4000.0, "") == path.read_text()
+    skew = done.calibration.input_skews["input 2"]  # it reads the output back, past the cable
+    assert skew.low < -237e-6 < skew.high
+    assert skew.high - skew.low < 300e-6
 
 
 def test_a_board_on_a_real_port_is_calibrated_and_left_at_0_v() -> None:
