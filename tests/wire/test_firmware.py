@@ -41,7 +41,7 @@ def played(device: Device, u: Array, rate_hz: float) -> Array:
     return np.concatenate([block.y for block in device.stream(u, rate_hz, LIMITS, safe_level_v=1.0, ramp_s=0.1)])
 
 
-def eventually(true: Callable[[], bool], within_s: float = 3.0) -> bool:
+def eventually(true: Callable[[], bool], within_s: float = 10.0) -> bool:
     deadline = time.monotonic() + within_s
     while not true() and time.monotonic() < deadline:
         time.sleep(0.01)
@@ -77,16 +77,16 @@ def test_every_sample_is_read_and_put_out_in_its_time(board: Board, rate_hz: flo
 
 
 @pytest.mark.parametrize("faults", [
-    Faults(drop=3e-4, spare=3000, seed=1), Faults(corrupt=3e-4, spare=3000, seed=2),
+    Faults(drop=1e-3, spare=3000, seed=1), Faults(corrupt=1e-3, spare=3000, seed=2),
 ], ids=["dropped", "corrupted"])
 def test_on_a_bad_line_no_sample_is_wrong_and_none_is_missing_in_silence(faults: Faults) -> None:
     u = 4.0 * np.sin(np.arange(3000) * 0.01)
     with on_simavr(GAIN, faults=faults) as board, connect(board.address) as device:
         y, flags = np.full(u.size, np.nan), Flag.NONE
         for block in device.stream(u, 1000.0, LIMITS):
-            assert block.start == np.isfinite(y).sum() or flags & Flag.LINK_LOSS
-            y[block.start:block.stop] = block.y
             flags |= block.flags
+            assert block.start == np.isfinite(y).sum() or flags & Flag.LINK_LOSS, "a gap that nobody tells"
+            y[block.start:block.stop] = block.y
         expected = 3.0 * np.concatenate([[0.0], device.quantise(u)[:-1]])
         device.safe()
     here = np.isfinite(y)

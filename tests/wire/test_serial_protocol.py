@@ -25,7 +25,7 @@ def emulator() -> AbstractContextManager[Emulated]:
 
 
 def firmware() -> AbstractContextManager[Board]:
-    return on_simavr(GAIN, speed=SPEED)
+    return on_simavr(GAIN, speed=SPEED, patience_s=0.0)  # here the host is slow on purpose
 
 
 NEEDS_SIMAVR = pytest.mark.skipif(bool(missing()), reason=missing())

@@ -11,6 +11,8 @@ import drivers
 
 NEEDED = "apt-get install gcc-avr avr-libc gcc make libsimavr-dev libelf-dev"
 HEADERS = Path("/usr/include/simavr")
+FILES = {"simavr": HEADERS / "sim_avr.h", "libelf": Path("/usr/include/libelf.h"),
+         "avr-libc": Path("/usr/lib/avr/include/avr/io.h")}
 FIRMWARE = Path(drivers.__path__[0]) / "firmware"
 BOARD = Path(__file__).with_name("board.c")
 
@@ -26,7 +28,7 @@ class Built:
 def missing() -> str:
     """Return what is to be installed before the firmware can be run here; empty when nothing is."""
     tools = [tool for tool in ("avr-gcc", "gcc", "make") if shutil.which(tool) is None]
-    tools += [] if (HEADERS / "sim_avr.h").is_file() else ["simavr"]
+    tools += [name for name, path in FILES.items() if not path.is_file()]
     return f"{', '.join(tools)} not found: {NEEDED}" if tools else ""
 
 
