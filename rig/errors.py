@@ -58,10 +58,18 @@ class IncompleteError(RigError):
 def sentence(
     what: str, *, where: str | None = None, value: str | None = None, allowed: str | None = None, do: str | None = None,
 ) -> str:
-    """Return ``where: what: value; allowed: ...; do``, leaving out the parts that are None."""
+    """Return ``where: what: value; allowed: ...; do``, leaving out the parts that are None.
+
+    What a device said may stand in it: control characters are written out.
+    """
     head = ": ".join(part for part in (where, what, value) if part)
     tail = [f"allowed: {allowed}"] if allowed else []
-    return "; ".join([head, *tail, *([do] if do else [])])
+    return visible("; ".join([head, *tail, *([do] if do else [])]))
+
+
+def visible(text: str) -> str:
+    """Return ``text`` with control characters but line feeds written out, as no terminal or file takes them well."""
+    return "".join(char if char.isprintable() or char == "\n" else repr(char)[1:-1] for char in text)
 
 
 def nearest(word: str, valid: Sequence[str]) -> str | None:

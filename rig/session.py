@@ -10,7 +10,7 @@ from rig import registry, retry, runner
 from rig.amplifier import behind
 from rig.calibration import kept_for
 from rig.device import Capabilities, Device, Identity
-from rig.errors import FileError, IncompleteError, RefusedError
+from rig.errors import FileError, IncompleteError, RefusedError, visible
 from rig.guardian import post
 from rig.plan import Plan
 from rig.plan import plan as draw
@@ -203,4 +203,5 @@ def equipment(address: str, device: Device, rate_hz: float) -> Equipment:
         "input_range": f"{can.input_low_v:g} to {can.input_high_v:g} V", "input_bits": str(can.input_bits), **volts,
         "inputs_read": "in turn, each 1/n of a sample period after the one before" if can.multiplexed else "together",
     }
-    return Equipment(address, identity.model, identity.serial, identity.firmware, settings)
+    model, serial, firmware = map(visible, (identity.model, identity.serial, identity.firmware))
+    return Equipment(address, model, serial, firmware, settings)

@@ -99,7 +99,10 @@ Encode = Callable[[bytes], bytes]
 
 @final
 class Mischief:
-    """Carries a script out. ``struck`` counts how often each of its faults happened."""
+    """Carries a script out.
+
+    ``struck`` counts how often each of its faults happened, ``names`` how often each message was said.
+    """
 
     def __init__(self, script: Iterable[Fault]) -> None:
         """Start with nothing gone wrong yet."""
@@ -108,6 +111,7 @@ class Mischief:
         self._seen = [0] * len(self.script)
         self._happening: list[Fault] = []
         self._played = 0
+        self.names: dict[str, int] = {}
 
     @property
     def of_messages(self) -> bool:
@@ -116,6 +120,7 @@ class Mischief:
 
     def said(self, name: str, payload: bytes, encode: Encode) -> list[Piece]:
         """Return what arrives on the host of a message with this ``payload``, ``encode``d for its transport."""
+        self.names[name] = self.names.get(name, 0) + 1
         return self._delivered(name, payload, encode, heard=False)
 
     def heard(self, name: str, payload: bytes, encode: Encode) -> list[Piece]:

@@ -6,6 +6,7 @@
 """
 
 import sys
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 from tests.wire.matrix.benches import BENCHES
@@ -18,7 +19,11 @@ AT_ONCE = 4
 
 def matrix(bench: Bench, word: str = "") -> list[tuple[Case, Verdict]]:
     """Return every case of ``bench`` whose name has ``word``, with what became of it."""
-    cases = [case for case in bench.cases if word in case.name]
+    return tried(bench, [case for case in bench.cases if word in case.name])
+
+
+def tried(bench: Bench, cases: Sequence[Case]) -> list[tuple[Case, Verdict]]:
+    """Return what became of ``cases``, a few at a time."""
     with ThreadPoolExecutor(AT_ONCE) as pool:
         return list(zip(cases, pool.map(lambda case: play(bench, case), cases), strict=True))
 
@@ -26,26 +31,28 @@ def matrix(bench: Bench, word: str = "") -> list[tuple[Case, Verdict]]:
 def told(case: Case, verdict: Verdict) -> str:
     """Return a row of the table."""
     samples = f"{verdict.kept} of {verdict.total}" if verdict.total else "-"
-    cells = (f"{case.name:44}", f"{verdict.ended.end.value:9}", f"{samples:>14}", f"{verdict.output.value:9}",
+    cells = (f"{case.name:52}", f"{verdict.ended.end.value:9}", f"{samples:>14}", f"{verdict.output.value:9}",
              f"{verdict.seconds:5.1f} s", f"{verdict.struck:4}", "; ".join(verdict.wrong) or "ok")
     return " | ".join(cells)
 
 
+def show(kind: str, rows: Sequence[tuple[Case, Verdict]], reasons: bool = False) -> int:
+    """Print a table; return how many cases went wrong. With ``reasons`` every end is told in words, not those alone."""
+    print(f"\n{kind}: {len(rows)} faults")
+    print("fault | run | samples kept | output | took | struck | verdict")
+    for case, verdict in rows:
+        print(told(case, verdict))
+        if verdict.wrong or reasons:
+            print(f"    {verdict.ended.reason}", *verdict.ended.events, sep="\n    ")
+    bad = sum(bool(verdict.wrong) for _, verdict in rows)
+    print(f"{len(rows) - bad} of {len(rows)} as they must be; longest {max(v.seconds for _, v in rows):.1f} s")
+    return bad
+
+
 def main(kind: str = "", word: str = "") -> int:
     """Print the matrix; return how many cases went wrong."""
-    bad = 0
-    for bench in [BENCHES[kind]] if kind else BENCHES.values():
-        rows = matrix(bench, word)
-        print(f"\n{bench.kind}: {len(rows)} faults")
-        print("fault | run | samples kept | output | took | struck | verdict")
-        for case, verdict in rows:
-            print(told(case, verdict))
-            if verdict.wrong or word:
-                print(f"    {verdict.ended.reason}", *verdict.ended.events, sep="\n    ")
-            bad += bool(verdict.wrong)
-        print(f"{len(rows) - sum(bool(v.wrong) for _, v in rows)} of {len(rows)} as they must be; longest "
-              f"{max(v.seconds for _, v in rows):.1f} s")
-    return bad
+    benches = [BENCHES[kind]] if kind else list(BENCHES.values())
+    return sum(show(bench.kind, matrix(bench, word), bool(word)) for bench in benches)
 
 
 if __name__ == "__main__":

@@ -35,6 +35,7 @@ class Insight:
     underrun: bool
     watchdog_tripped: bool
     struck: tuple[int, ...]
+    said: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -106,5 +107,6 @@ def _over(pipe: Connection, device: Any) -> bool:
         "level_v": model.level_v(device.now_s), "state": model.state.value, "played": model.played,
         "overrun_samples": model.overrun_samples, "underrun": model.underrun,
         "watchdog_tripped": model.watchdog_tripped, "struck": tuple(device.wire.mischief.struck),
+        "said": tuple(device.wire.mischief.names),
     })
     return False

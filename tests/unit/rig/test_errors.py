@@ -13,6 +13,7 @@ from rig.errors import (
     nearest,
     sentence,
     unknown,
+    visible,
 )
 
 
@@ -48,3 +49,12 @@ def test_a_misfit_keeps_its_parts_when_it_is_placed() -> None:
     placed = MisfitError("no unit", value="3", allowed="a voltage", do="write 3 V").placed("p.yaml:2: level")
     assert isinstance(placed, FileError)
     assert str(placed) == "p.yaml:2: level: no unit: 3; allowed: a voltage; write 3 V"
+
+
+@pytest.mark.parametrize(("said", "shown"), [
+    ("no answer: b'\x00\x1b[2J'", r"no answer: b'\x00\x1b[2J'"), ("1.5 µV ± 3 %", "1.5 µV ± 3 %"),
+    ("two\nlines", "two\nlines"), ("a\ttab", r"a\ttab"),
+])
+def test_control_characters_are_written_out(said: str, shown: str) -> None:
+    assert visible(said) == shown
+    assert str(DeviceError("what", value=said)) == f"what: {shown}"

@@ -30,27 +30,39 @@ class Output(Enum):
 
 @dataclass(frozen=True)
 class Case:
-    """A fault and its end.
+    """A fault and its end; where ``end`` or ``output`` is None, any but the worst will do.
 
-    ``says``: what the reason must contain. ``keeps``: at least so many samples are recorded. ``naps``: (sample, s) at
-    which the host sleeps. ``speed`` of the device's clock.
+    ``says``: what the reason must contain, or one of several parted by `` | ``. ``keeps``: at least so many samples
+    are recorded. ``naps``: (sample, s) at which the host sleeps. ``speed`` of the device's clock.
     """
 
     name: str
     faults: Faults
-    end: End
+    end: End | None
     says: str = ""
-    output: Output = Output.SAFE
+    output: Output | None = Output.SAFE
     keeps: int = 0
     naps: tuple[tuple[int, float], ...] = ()
     hardware: dict[str, Any] = field(default_factory=dict)
     speed: float = 5.0
     in_ci: bool = False
 
+    def ends(self, end: End) -> bool:
+        """Return whether this is how it must end."""
+        return end is self.end or (self.end is None and end not in (End.HUNG, End.CRASHED))
+
+    def leaves(self, output: Output) -> bool:
+        """Return whether this is where the output must be."""
+        return output is self.output or (self.output is None and output is not Output.UNSAFE)
+
+    def told(self, text: str) -> bool:
+        """Return whether ``text`` says what it must."""
+        return any(word in text for word in self.says.split(" | "))
+
     @property
     def strikes(self) -> bool:
         """Return whether the script has faults that must be seen to have happened."""
-        return bool(self.faults.script)
+        return bool(self.faults.script) and self.end is not None
 
 
 @dataclass(frozen=True)
@@ -72,6 +84,7 @@ class Verdict:
     total: int
     seconds: float
     struck: int
+    said: tuple[str, ...]
     wrong: tuple[str, ...]
 
 

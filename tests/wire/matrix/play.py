@@ -76,10 +76,10 @@ def play(bench: Bench, case: Case) -> Verdict:
         path = Path(folder) / "run.h5"
         ended, seconds = _hosted(device.address, bench.protocol(), path, case)
         output = _output(device, bench.safe_level_v, ended)
-        struck = device.look().struck
+        seen = device.look()
         kept, total, wrong_samples = _kept(path, bench)
-    wrong = _wrong(case, ended, output, struck, (wrong_samples, kept, total))
-    return Verdict(ended, output, kept, total, seconds, sum(struck), wrong)
+    wrong = _wrong(case, ended, output, seen.struck, (wrong_samples, kept, total))
+    return Verdict(ended, output, kept, total, seconds, sum(seen.struck), seen.said, wrong)
 
 
 def _hosted(address: str, protocol: str, path: Path, case: Case) -> tuple[Ended, float]:
@@ -152,10 +152,10 @@ def _wrong(
     """Return a sentence for everything that is not as it must be; ``samples`` are those wrong, kept and played."""
     wrong_samples, kept, total = samples
     found: dict[str, Any] = {
-        f"ended {ended.end.value}, not {case.end.value}": ended.end is not case.end,
-        f"does not say {case.says!r}": case.says not in " | ".join([ended.reason, *ended.events]),
+        f"ended {ended.end.value}": not case.ends(ended.end),
+        f"does not say {case.says!r}": not case.told(" ".join([ended.reason, *ended.events])),
         f"{wrong_samples} wrong samples": wrong_samples,
-        f"output {output.value}, not {case.output.value}": output is not case.output,
+        f"output {output.value}": not case.leaves(output),
         f"whole with {kept} of {total} samples": ended.end is End.WHOLE and not 0 < kept == total,
         "the fault did not happen": case.strikes and not all(struck),
         f"{kept} samples kept, not {case.keeps} or more": kept < case.keeps,

@@ -66,6 +66,7 @@ class Seen:
     idle: float = 0.0
     troubles: tuple[str, ...] = ()
     struck: tuple[int, ...] = ()
+    said: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

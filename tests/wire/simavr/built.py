@@ -4,6 +4,7 @@ import functools
 import shutil
 import subprocess
 import tempfile
+import threading
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +16,7 @@ FILES = {"simavr": HEADERS / "sim_avr.h", "libelf": Path("/usr/include/libelf.h"
          "avr-libc": Path("/usr/lib/avr/include/avr/io.h")}
 FIRMWARE = Path(drivers.__path__[0]) / "firmware"
 BOARD = Path(__file__).with_name("board.c")
+ONE_AT_A_TIME = threading.Lock()
 
 
 @dataclass(frozen=True)
@@ -32,9 +34,15 @@ def missing() -> str:
     return f"{', '.join(tools)} not found: {NEEDED}" if tools else ""
 
 
-@functools.cache
 def built(**settings: str | int) -> Built:
-    """Build both, once a process; ``settings`` are variables of the Makefile, such as ``BAUD``."""
+    """Build both, once a process, whichever thread asks; ``settings`` are variables of the Makefile, as ``BAUD``."""
+    with ONE_AT_A_TIME:
+        return _built(**settings)
+
+
+@functools.cache
+def _built(**settings: str | int) -> Built:
+    """Build both."""
     folder = Path(_folder().name) / ("-".join(map(str, settings.values())) or "plain")
     variables = [f"{name}={value}" for name, value in settings.items()]
     _run("make", "-C", str(FIRMWARE), f"BUILD={folder}", "STRICT=1", *variables)
