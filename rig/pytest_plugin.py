@@ -43,11 +43,11 @@ def pytest_report_header(config: pytest.Config) -> str:
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Skip a test that needs hardware where there is none."""
     address = str(item.config.getoption(OPTION))
-    if item.get_closest_marker(MARKER) is not None and _is_simulated(address):
+    if item.get_closest_marker(MARKER) is not None and is_simulated(address):
         pytest.skip(f"needs hardware, and {address} is none: name a device with {OPTION}")
 
 
-def _is_simulated(address: str) -> bool:
+def is_simulated(address: str) -> bool:
     """Return whether what is at ``address`` is no hardware."""
     from rig import registry
     from rig.errors import UsageError
