@@ -11,6 +11,7 @@ CRC-16 is CCITT (polynomial 1021h, start 0), CRC-32 that of zlib.
 import zlib
 from binascii import crc_hqx
 from dataclasses import dataclass
+from enum import Enum
 from struct import Struct
 
 MARKER = b"\xa5\x5a"
@@ -19,6 +20,7 @@ MAX_PAYLOAD = 2048
 
 _HEADER = Struct("<2sBIH")
 _HEADER_CHECK = Struct("<H")
+_HEAD = Struct("<2sBIHH")
 _CHECK = Struct("<I")
 _HEAD_SIZE = _HEADER.size + _HEADER_CHECK.size
 OVERHEAD = _HEAD_SIZE + _CHECK.size
@@ -78,9 +80,8 @@ def _first(raw: bytes, at: int) -> tuple[int, Frame] | None:
     """Return the first whole frame from ``at`` on and where it begins, None when there is none."""
     at = raw.find(MARKER, at)
     while at >= 0:
-        size = _size(raw, at)
-        if size and at + size <= len(raw) and (frame := _frame(raw, at, size)) is not None:
-            return at, frame
+        if isinstance(found := _frame(raw, at), Frame):
+            return at, found
         at = raw.find(MARKER, at + 1)
     return None
 
@@ -89,27 +90,30 @@ def _unfinished(raw: bytes, start: int) -> int:
     """Return where the first frame begins that more bytes may complete; there is no whole one from ``start`` on."""
     at = raw.find(MARKER, start)
     while at >= 0:
-        size = _size(raw, at)
-        if size is None or (size and at + size > len(raw)):
+        if _frame(raw, at) is _Not.YET:
             return at
         at = raw.find(MARKER, at + 1)
     return len(raw) - raw.endswith(MARKER[:1], start)
 
 
-def _size(raw: bytes, at: int) -> int | None:
-    """Return the size of the frame whose header is at ``at``: 0 when it is none, None when it cannot be told."""
-    head = raw[at:at + _HEAD_SIZE]
-    if len(head) < _HEAD_SIZE:
-        return None
-    length = int(_HEADER.unpack_from(head)[3])
-    right = _HEADER_CHECK.unpack_from(head, _HEADER.size)[0] == crc_hqx(head[:_HEADER.size], 0)
-    return OVERHEAD + length if right and length <= MAX_PAYLOAD else 0
+class _Not(Enum):
+    """Why there is no frame at a marker: more bytes may make one, or none can."""
+
+    YET = "unfinished"
+    EVER = "damaged"
 
 
-def _frame(raw: bytes, at: int, size: int) -> Frame | None:
-    """Return the frame of ``size`` bytes at ``at``, None when its check fails."""
-    end = at + size - _CHECK.size
+def _frame(raw: bytes, at: int) -> Frame | _Not:
+    """Return the frame whose marker is at ``at``."""
+    start = at + _HEAD_SIZE
+    if start > len(raw):
+        return _Not.YET
+    _, kind, number, length, check = _HEAD.unpack_from(raw, at)
+    if length > MAX_PAYLOAD or check != crc_hqx(raw[at:at + _HEADER.size], 0):
+        return _Not.EVER
+    end = start + length
+    if end + _CHECK.size > len(raw):
+        return _Not.YET
     if _CHECK.unpack_from(raw, end)[0] != zlib.crc32(raw[at:end]):
-        return None
-    _, kind, number, _ = _HEADER.unpack_from(raw, at)
-    return Frame(kind, number, raw[at + _HEAD_SIZE:end])
+        return _Not.EVER
+    return Frame(kind, number, raw[start:end])

@@ -36,6 +36,8 @@ GREETING_S = 3.0
 """Some boards start anew when their port is opened; until then they do not answer."""
 GO_REPLY_S = 0.05
 """Until GO is answered nothing is sent, and the smallest FIFO lasts 77 ms: its answer is not waited for as long."""
+GATHER_S, GATHERED, LEAST_WAIT_S = 0.01, 4096, 0.001
+"""Longest wait between two reads, bytes gathered meanwhile, and a wait too short to be made."""
 WINDOW_S, ALIVE_S, CONFIRM_S, POLL_S = 0.05, 0.2, 1.0, 0.02
 _TOLD = {Condition.UNDERRUN: "the device ran out of output samples and went to its safe level",
          Condition.WATCHDOG: "the device heard nothing from the host and went to its safe level"}
@@ -50,6 +52,7 @@ class _Run:
     status: Status
     resent: bool = False
     spoke_s: float = field(default_factory=time.monotonic)
+    gather_s: float = 0.0
 
 
 @final
@@ -122,6 +125,13 @@ class SerialDaq(Device):
                                Incoming(codes.size, self._inputs), Status(False, Condition.FINE, 0, 0, 0))
         self._fill(run)
         self._link.ask("GO", GO_REPLY_S)
+        run.gather_s = self._gather_s(rate_hz)
+
+    def _gather_s(self, rate_hz: float) -> float:
+        """Return how long to wait between two reads at this rate; at high rates data come faster than one can wait."""
+        bytes_per_s = rate_hz * self._inputs * width(self._can.input_bits)
+        gather_s = min(GATHER_S, GATHERED / bytes_per_s)
+        return gather_s if gather_s > LEAST_WAIT_S else 0.0
 
     def _fill(self, run: _Run) -> None:
         """Fill the output FIFO; raise DeviceError when the device does not take the samples."""
@@ -135,13 +145,16 @@ class SerialDaq(Device):
 
     def _read(self, timeout_s: float) -> Block | None:
         run = self._running()
-        deadline = time.monotonic() + timeout_s
+        begun_s = time.monotonic()
         while True:
             self._exchange(run)
+            waited_s = time.monotonic() - begun_s
+            if waited_s < GATHER_S:
+                continue
             if (block := self._block(run)) is not None:
                 return block
             self._refuse_given_up(run)
-            if time.monotonic() > deadline:
+            if waited_s > timeout_s:
                 return None
 
     def _running(self) -> _Run:
@@ -159,7 +172,7 @@ class SerialDaq(Device):
         if frames:
             self._link.send(*frames)
             run.spoke_s = now
-        for frame in joined(self._link.receive(), self._inputs * width(self._can.input_bits)):
+        for frame in joined(self._link.receive(run.gather_s), self._inputs * width(self._can.input_bits)):
             try:
                 self._take(run, frame)
             except ValueError:

@@ -5,7 +5,7 @@ import os
 import time
 from collections import deque
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import final
 
 import serial
@@ -16,6 +16,8 @@ from rig.errors import DeviceError
 
 READ_S, REPLY_S, WRITE_S, QUIET_S = 0.01, 0.5, 2.0, 0.05
 TRIES = 3
+GATHERED, MOST_AT_ONCE = 2048, 65_536
+"""Bytes that are worth a read, and bytes read before they are looked at."""
 BACK_S, AGAIN_S = 4.0, 0.05
 """How long a port that is gone is waited for, from the moment it went, and how often it is looked for."""
 
@@ -63,9 +65,13 @@ class SerialLink:
         with self._crossing():
             self._port.write(b"".join(map(encode, frames)))
 
-    def receive(self) -> list[Frame]:
-        """Return the frames that arrived, but for replies; wait ``READ_S`` when there are none."""
+    def receive(self, gather_s: float = 0.0) -> list[Frame]:
+        """Return the frames that arrived, but for replies; wait ``READ_S`` when there are none.
+
+        While only a little is there, more is gathered for ``gather_s``: few large reads cost less than many small ones.
+        """
         if not self._inbox:
+            self._gather(gather_s)
             self._read()
         frames = [frame for frame in self._inbox if frame.kind != Kind.REPLY]
         self._inbox.clear()
@@ -153,12 +159,30 @@ class SerialLink:
             raise DeviceError("another device answers", where=self.port, value=repr(who), allowed=repr(self._who))
         self._dirty = self._woken = False
 
+    def _gather(self, gather_s: float) -> None:
+        """Wait for ``gather_s`` unless much is there already."""
+        with self._crossing():
+            if gather_s and self._port.in_waiting < GATHERED:
+                time.sleep(gather_s)
+
     def _read(self) -> list[Frame]:
         """Return the frames that arrived now, and put them into the inbox."""
         with self._crossing():
-            frames = self._reader.feed(self._port.read(max(1, self._port.in_waiting)))
+            data = self._port.read(max(1, self._port.in_waiting))
+            if data:
+                data += self._rest()
+        frames = self._reader.feed(data)
         self._inbox.extend(frames)
         return frames
+
+
+    def _rest(self) -> bytes:
+        """Return what else is there, past pyserial: it asks the system three times for every 4 kB."""
+        pieces: list[bytes] = []
+        with suppress(BlockingIOError):
+            while sum(map(len, pieces)) < MOST_AT_ONCE and (piece := os.read(self._port.fileno(), MOST_AT_ONCE)):
+                pieces.append(piece)
+        return b"".join(pieces)
 
 
 @contextmanager

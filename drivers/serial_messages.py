@@ -159,6 +159,8 @@ def named(text: str) -> dict[str, str]:
 
 def pack_codes(codes: NDArray[np.integer], bits: int) -> bytes:
     """Return ``codes`` in two's complement, little endian, each in as many bytes as ``bits`` need."""
+    if (kind := _WHOLE.get(width(bits))) is not None:
+        return codes.astype(kind).tobytes()
     return codes.astype("<i4").view(np.uint8).reshape(-1, 4)[:, :width(bits)].tobytes()
 
 

@@ -16,11 +16,11 @@ from drivers.serial_messages import Condition, Kind, Status, pack_codes, pack_ra
 from drivers.window import Window
 from rig.device import Flag
 
-REPEAT_S = 0.15
-"""Wait before what was sent, or asked for, is sent or asked for again."""
+REPEAT_S, LONGEST_REPEAT_S, UNDER_WAY_S = 0.15, 0.6, 0.03
+"""Wait before what was sent, or asked for, is sent or asked for again; frames are under way no longer than the last."""
 REQUESTS = 10
 """How often a lost sample is asked for before it is given up."""
-SAMPLES_PER_OUTPUT, FRAMES_AT_ONCE = 128, 32
+SAMPLES_PER_OUTPUT, FRAMES_AT_ONCE = 128, 64
 FIFO_SHARE = 8
 """A frame is at most this part of the device's FIFO: a small FIFO is filled up in small steps."""
 REQUESTS_AT_ONCE = 16
@@ -39,7 +39,7 @@ class Outgoing:
         self._most = max(1, min(SAMPLES_PER_OUTPUT, fifo // FIFO_SHARE))
         self._window = max(window, 2 * self._most)
         self._next = self._furthest = self._accepted = self._played = 0
-        self._progress_s = 0.0
+        self._progress_s, self._repeats = 0.0, 0
 
     @property
     def filled(self) -> bool:
@@ -53,9 +53,20 @@ class Outgoing:
         advanced = status.accepted > self._accepted
         self._accepted, self._played = max(self._accepted, status.accepted), max(self._played, status.played)
         if advanced or self._next == self._accepted:
-            self._progress_s = now_s
-        elif status.condition & Condition.GAP or now_s - self._progress_s > REPEAT_S:
-            self._next, self._progress_s = self._accepted, now_s
+            self._progress_s, self._repeats = now_s, 0
+        elif self._is_stuck(status, now_s):
+            self._next, self._progress_s, self._repeats = self._accepted, now_s, self._repeats + 1
+
+    def _is_stuck(self, status: Status, now_s: float) -> bool:
+        """Return whether what the device did not take is to be sent again.
+
+        A gap is told again as long as frames arrive that were under way when it began, which says nothing new. With no
+        word of a gap each wait is longer than the one before, or a device that lags would drown in repetitions.
+        """
+        waited_s = now_s - self._progress_s
+        if status.condition & Condition.GAP:
+            return not self._repeats or waited_s > UNDER_WAY_S
+        return waited_s > min(REPEAT_S * float(2**max(0, self._repeats - 1)), LONGEST_REPEAT_S)
 
     def due(self) -> list[Frame]:
         """Return the next frames of samples that fit the FIFO and the window, a few at a time."""
@@ -100,9 +111,12 @@ class Incoming:
         """Note samples that arrived, input by input of each; return how many are new. ValueError: of another run."""
         samples = codes.reshape(-1, self._inputs)
         first, fresh = self._mark(start, start + len(samples), HERE)
-        here = self._codes.part(first, first + fresh.size)
-        here[fresh] = samples[first - start:][fresh]
-        return int(np.count_nonzero(fresh))
+        here, count = self._codes.part(first, first + fresh.size), int(np.count_nonzero(fresh))
+        if count == fresh.size:
+            here[:] = samples[first - start:]
+        else:
+            here[fresh] = samples[first - start:][fresh]
+        return count
 
     def lost(self, start: int, stop: int, cause: int) -> None:
         """Note that the samples [start, stop) will not come; raise ValueError for another run's."""

@@ -13,9 +13,8 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.trace import Array, Samples
-from rig.recorded import Entry, Ledger
-from rig.samples import InFile
+from identify.trace import Array
+from rig.recorded import Entry
 
 
 @final
@@ -24,7 +23,6 @@ class Growing:
 
     def __init__(self, path: Path, places: Mapping[str, str]) -> None:
         """Open the file; ``places`` are the datasets of the inputs by name. Raises OSError, ValueError."""
-        self._path = path
         self._file = h5py.File(path, "r+")
         self._offsets = {name: _offset(self._file[place]) for name, place in places.items()}
         self._ledger_at = _offset(self._file["ledger"])
@@ -39,19 +37,11 @@ class Growing:
         """Enter the samples [start, stop) in the ledger; raise OSError."""
         self._put(np.full(stop - start, entry, dtype=np.uint8), self._ledger_at + start)
 
-    def ledger(self) -> Ledger:
-        """Return the ledger as it stands."""
-        return np.frombuffer(os.pread(self._descriptor, self.size, self._ledger_at), dtype=np.uint8).copy()
-
     def close(self) -> None:
         """Let go of the file; harmless when that was done."""
         if self._file:
             os.close(self._descriptor)
             self._file.close()
-
-    def inputs(self) -> dict[str, Samples]:
-        """Return the inputs by name, as they stand in the file now that it is closed."""
-        return {name: InFile.at(self._path, offset, self.size) for name, offset in self._offsets.items()}
 
     def _put(self, values: NDArray[np.generic], at: int) -> None:
         """Write all of ``values`` at byte ``at``."""

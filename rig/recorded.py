@@ -122,8 +122,8 @@ class Recording:
     def _is_finite(self, at: slice) -> bool:
         """Return whether u, and the inputs where they were recorded, are numbers."""
         here = self.ledger[at] == Entry.RECORDED
-        return all(np.isfinite(values).all()
-                   for values in (self.u[at], *(signal[at][here] for signal in self.inputs().values())))
+        read = (signal[at][here] for signal in self.inputs().values())
+        return bool(np.isfinite(self.u[at]).all()) and all(np.isfinite(values).all() for values in read)
 
     def inputs(self) -> dict[str, Samples]:
         """Return what the inputs read, by name, y first."""

@@ -122,9 +122,8 @@ class Writer:
         Raises FileError when it cannot be made, or exists and is not to be overwritten.
         """
         self.path = _free(path, overwrite)
-        self._begun = _begun(self.path, plan, equipment, plan.u if u is None else u)
         self._position = 0
-        _put(self.path, self._begun)
+        _put(self.path, _begun(self.path, plan, equipment, plan.u if u is None else u))
         self._growing = Growing(self.path, {name: place(name) for name in plan.inputs})
         self._inputs = plan.inputs
 
@@ -150,19 +149,17 @@ class Writer:
 
         Raises FileError when the finished file cannot be written; what was recorded stays readable.
         """
-        happened = tuple(events)
-        ledger = self._growing.ledger()
         self.close()
-        inputs = _by_field(self._growing.inputs())
+        begun, happened = _whole(self.path), tuple(events)
+        ledger = begun.ledger.copy()
         for event in happened:
             if event.kind == "lost":
                 stretch = ledger[event.start:event.stop]
                 stretch[stretch == Entry.NOT_RECEIVED] = Entry.LOST
-        finished = replace(self._begun, **inputs, ledger=ledger, complete=complete, reason=reason, events=happened,
-                           origin=replace(self._begun.origin, finished=now()))
+        finished = replace(begun, ledger=ledger, complete=complete, reason=reason, events=happened,
+                           origin=replace(begun.origin, finished=now()))
         _put(self.path, finished)
-        with h5py.File(self.path, "r") as file:
-            return load(file, self.path.stem, intact=True)
+        return _whole(self.path)
 
     def close(self) -> None:
         """Let go of the file as it stands; harmless when it was finished."""
@@ -176,6 +173,12 @@ class Writer:
                  ) -> None:
         """Close the file; a run that was not finished stays readable as far as it went."""
         self.close()
+
+
+def _whole(path: Path) -> Recording:
+    """Return the recording this program has just written; long signals stay in the file."""
+    with h5py.File(path, "r") as file:
+        return load(file, path.stem, intact=True)
 
 
 def _begun(path: Path, plan: Plan, equipment: Equipment, u: Array) -> Recording:

@@ -34,11 +34,6 @@ class InFile(Stored):
             return None
         return cls(dataset.size, path, offset, _stamp(path.stat()))
 
-    @classmethod
-    def at(cls, path: Path, offset: int, size: int) -> Self:
-        """Return the ``size`` samples from byte ``offset`` on in the file as it now is."""
-        return cls(size, path.absolute(), offset, _stamp(path.stat()))
-
     def read(self, start: int, stop: int) -> Array:
         """Return the samples [start, stop), V; raise FileError when the file is no longer the one it was."""
         try:

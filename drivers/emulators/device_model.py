@@ -30,7 +30,10 @@ class State(Enum):
 
 @dataclass(frozen=True)
 class Hardware:
-    """What is soldered in: who the device is, what it can do, how much it stores. ``clock_hz`` None: any rate."""
+    """What is soldered in: who the device is, what it can do, how much it stores. ``clock_hz`` None: any rate.
+
+    A link carries ``link_bytes_per_s`` each way; 300 kB/s are 3 Mbaud at ten bits a byte.
+    """
 
     identity: Identity
     capabilities: Capabilities
@@ -39,6 +42,7 @@ class Hardware:
     history: int = 0
     clock_hz: float | None = None
     watchdog_s: float = math.inf
+    link_bytes_per_s: float = 300_000.0
 
 
 class Ring:
@@ -51,17 +55,31 @@ class Ring:
 
     def put(self, start: int, values: NDArray[np.integer]) -> None:
         """Store ``values`` (at most the size) under the numbers ``start``, ``start + 1``, ..."""
-        numbers = np.arange(start, start + len(values))
-        at = numbers % self._numbers.size
-        self._values[at] = values
-        self._numbers[at] = numbers
+        done = 0
+        for at in self._stretches(start, start + len(values)):
+            count = at.stop - at.start
+            self._values[at] = values[done:done + count]
+            self._numbers[at] = np.arange(start + done, start + done + count)
+            done += count
 
     def get(self, start: int, stop: int) -> list[tuple[int, Codes]]:
         """Return what is still stored of [start, stop) as runs of consecutive numbers: [(first number, values)]."""
         numbers = np.arange(max(start, stop - self._numbers.size), stop)
-        kept = numbers[self._numbers[numbers % self._numbers.size] == numbers]
+        if not numbers.size:
+            return []
+        stretches = self._stretches(int(numbers[0]), stop)
+        here = np.concatenate([self._numbers[at] for at in stretches]) == numbers
+        if here.all():
+            return [(int(numbers[0]), np.concatenate([self._values[at] for at in stretches]))]
+        kept = numbers[here]
         runs = np.split(kept, np.flatnonzero(np.diff(kept) > 1) + 1) if kept.size else []
         return [(int(run[0]), self._values[run % self._numbers.size]) for run in runs]
+
+    def _stretches(self, start: int, stop: int) -> list[slice]:
+        """Return where the samples [start, stop), at most the size, stand."""
+        size = self._numbers.size
+        first, last = start % size, start % size + stop - start
+        return [slice(first, last)] if last <= size else [slice(first, size), slice(0, last - size)]
 
 
 class DeviceModel:

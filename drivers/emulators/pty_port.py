@@ -67,9 +67,10 @@ class PtyPort:
             os.close(end)
         self._ends = None
 
-    def wait(self, timeout_s: float) -> None:
-        """Return when the host speaks, or after ``timeout_s``."""
-        select.select([] if self._ends is None else [self._ends[0]], [], [], timeout_s)
+    def wait(self, timeout_s: float, until_heard: bool = False) -> None:
+        """Return when the host speaks, or after ``timeout_s``; with ``until_heard`` also when it takes more."""
+        end = [] if self._ends is None else [self._ends[0]]
+        select.select(end, end if until_heard else [], [], timeout_s)
 
     def read(self, most: int) -> bytes:
         """Return up to ``most`` bytes that the host sent, without waiting."""
@@ -79,7 +80,7 @@ class PtyPort:
             return os.read(self._ends[0], most)
         return b""
 
-    def write(self, data: bytes | bytearray) -> int:
+    def write(self, data: bytes | memoryview) -> int:
         """Pass on what the host's side has room for; return how many bytes that was."""
         if self._ends is None:
             return len(data)

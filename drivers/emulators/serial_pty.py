@@ -23,17 +23,19 @@ from drivers.emulators.stopping import until_stopped
 from rig.device import Capabilities, Identity
 from rig.rigfile import RigFile
 
-BAUD = 3_000_000
-"""Of the emulated link: 300 kB/s each way, ten bits a byte."""
+LINK_BYTES_PER_S = 300_000.0
+"""Of the emulated link each way: 3 Mbaud, ten bits a byte."""
 TICK_S, IDLE_S, BEAT_S = 0.002, 0.05, 0.01
 TX_BUFFER = 4096
+"""Bytes; a faster link has one for two ticks."""
 
 HARDWARE = Hardware(
     Identity("serial DAQ, emulated", "EMU-1", "1"),
     Capabilities(output_low_v=-10.0, output_high_v=10.0, input_low_v=-20.0, input_high_v=20.0, min_rate_hz=1.0,
                  max_rate_hz=50_000.0, output_bits=16, input_bits=24, buffer_samples=32768, inputs=len(WIRED),
-                 max_total_rate_hz=BAUD / 10 / 3 / 1.1),
+                 max_total_rate_hz=LINK_BYTES_PER_S / 3 / 1.1),
     output_fifo=32768, input_fifo=32768, history=32768, clock_hz=48e6, watchdog_s=2.0,
+    link_bytes_per_s=LINK_BYTES_PER_S,
 )
 
 
@@ -50,7 +52,9 @@ class SerialPty:
         self._bench, self._hardware = Bench(rig, hardware.capabilities), hardware
         self._speed, self._seed = speed, seed
         self.wire = FaultyWire(faults)
-        self._paces = Pace(BAUD / 10 * speed), Pace(BAUD / 10 * speed)
+        bytes_per_s = hardware.link_bytes_per_s * speed
+        self._paces, self._tx_buffer = (Pace(bytes_per_s), Pace(bytes_per_s)), max(TX_BUFFER, 2 * TICK_S * bytes_per_s)
+        self._fast = bytes_per_s * TICK_S > TX_BUFFER
         self._start_s, self.now_s = time.monotonic(), 0.0
         self._mute_until_s = self._back_s = -math.inf
         self._hung = False
@@ -94,7 +98,7 @@ class SerialPty:
         """Be a device just switched on: nothing known, nothing output."""
         self.model = DeviceModel(self._hardware, self._bench)
         self._firmware = SerialFirmware(self.model, self._seed, beat_s=BEAT_S * self._speed)
-        self._tx = bytearray()
+        self._tx, self._held_up = bytearray(), False
 
     def _suffer(self, fault: Fault, now_s: float) -> None:
         """Let a fault happen to the device."""
@@ -110,23 +114,33 @@ class SerialPty:
 
     def _wait(self) -> None:
         """Sleep to the next tick; with nothing to do, until the host speaks."""
-        if self._firmware.live or self._tx or self.wire.busy:
+        if self._fast:
+            self._port.wait(TICK_S, self._held_up)
+        elif self._firmware.live or self._tx or self.wire.busy:
             time.sleep(TICK_S)
         else:
             self._port.wait(IDLE_S)
 
     def _hear(self, now_s: float) -> None:
         """Take the bytes that had time to arrive."""
-        data = self._port.read(max(1, self._paces[0].allowed(now_s)))
+        allowed = max(1, self._paces[0].allowed(now_s))
+        data = bytearray()
+        while len(data) < allowed and (more := self._port.read(allowed - len(data))):
+            data += more
         self._paces[0].spend(len(data))
-        self._firmware.receive(self.wire.to_device(data, now_s), now_s * self._speed)
+        self._firmware.receive(self.wire.to_device(bytes(data), now_s), now_s * self._speed)
 
     def _speak(self, now_s: float) -> None:
         """Send what had time to leave, while the host's side takes it."""
-        while len(self._tx) < TX_BUFFER and (more := self._firmware.transmit(now_s * self._speed)):
+        while len(self._tx) < self._tx_buffer and (more := self._firmware.transmit(now_s * self._speed)):
             self._tx += self.wire.to_host(more, now_s)
         self._tx += self.wire.to_host(b"", now_s)
-        sent = self._port.write(self._tx[:self._paces[1].allowed(now_s)])
+        allowed = min(len(self._tx), self._paces[1].allowed(now_s))
+        sent = 0
+        self._held_up = False
+        while sent < allowed and (count := self._port.write(memoryview(self._tx)[sent:allowed])):
+            sent += count
+        self._held_up = sent < allowed
         self._paces[1].spend(sent)
         del self._tx[:sent]
 

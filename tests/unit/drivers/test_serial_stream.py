@@ -130,7 +130,7 @@ def test_the_fifo_is_filled_and_not_more() -> None:
 
 
 def test_no_more_than_the_window_is_under_way() -> None:
-    out = Outgoing(codes(0, 5000), 16, fifo=4000, window=512)
+    out = Outgoing(codes(0, 5000), 16, fifo=1024, window=512)
     assert reach(out.due()) == 512
     out.heard(status(256), 0.0)
     assert reach(out.due()) == 768
@@ -144,6 +144,30 @@ def test_a_gap_is_sent_again_from_where_it_began() -> None:
     again = out.due()
     assert again[0].number == 256
     assert reach(again) == 900
+
+
+def test_word_of_one_gap_by_every_frame_behind_it_is_answered_once() -> None:
+    out = Outgoing(codes(0, 4000), 16, fifo=8000, window=8000)
+    gap = status(512, condition=Condition.GAP)
+    out.due()
+    out.heard(gap, 0.0)
+    sent = []
+    for now_s in (0.01, 0.02, 0.03):
+        out.heard(gap, now_s)
+        sent.append(sum(len(frame.payload) for frame in out.due()))
+    assert sent == [2 * (4000 - 512), 0, 0]
+    out.heard(gap, 0.05)
+    assert out.due()[0].number == 512, "the answer was lost itself"
+
+
+def test_a_device_that_lags_is_not_drowned_in_repetitions() -> None:
+    out = Outgoing(codes(0, 4000), 16, fifo=8000, window=8000)
+    repeats = []
+    for tick in range(200):
+        out.heard(status(0), tick * 0.01)
+        if out.due():
+            repeats.append(tick * 0.01)
+    assert repeats == pytest.approx([0.0, 0.16, 0.32, 0.63, 1.24, 1.85], abs=0.02)
 
 
 def test_silence_about_what_was_sent_makes_it_be_sent_again() -> None:
