@@ -6,22 +6,22 @@ power at every frequency is compared with white noise and a power law, by Whittl
 (1953) 423): ordinates of a periodogram are independent and exponential about the spectrum.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, final
 
 import numpy as np
 from scipy.optimize import minimize
-from scipy.stats import chi2
+from scipy.stats import chi2, kurtosis
 
-from identify.colour import Colour
+from identify.colour import Colour, whitening
 from identify.effects.effect import Confusion
 from identify.interval import Interval
 from identify.noise import good, repeated
 from identify.quadratic import inverse
 from identify.readings.blemish import Blemish
 from identify.stage import Parameter
-from identify.trace import Array, Trace
+from identify.trace import Array, Mask, Trace
 
 MAINS_HZ = (50.0, 60.0)
 BESIDE_MAINS_HZ = 1.0
@@ -37,6 +37,8 @@ STEP = 1e-3  # of the differences for the curvature
 LOWEST = 3  # ordinates: what is left of drifts
 BANDS = 30  # a decade: the power law bends little in one
 LEAST = 400  # readings of a pair of repeats
+LENGTHS = (1, 10, 100)  # readings whose sums are compared with a normal law
+BURSTS = 8.0  # standard deviations by which their kurtosis may exceed its
 
 
 @final
@@ -84,12 +86,11 @@ def power_of(frequency_hz: Array, lines_hz: Array, white_v: float, sd_v: float, 
 
 @dataclass(frozen=True)
 class Coloured:
-    """White and coloured noise together: rms of either, V, and the slope; ``blemish`` tells of it."""
+    """White and coloured noise together: rms of either, V, and the slope."""
 
     white_v: float
     sd_v: float
     slope: float
-    blemish: ColouredNoise
 
     @property
     def rms_v(self) -> float:
@@ -118,13 +119,23 @@ class Coloured:
         return Colour(gain=self.rms_v / float(np.sqrt(left)), ladder=tuple(map(tuple, ladder.tolist())))
 
 
+@dataclass(frozen=True)
+class Told(Coloured):
+    """The same, found beyond doubt; ``blemish`` tells of it."""
+
+    blemish: ColouredNoise
+
+
 def lines_of(trace: Trace) -> Array:
     """Return the frequencies of a recording, from one period in it to half its rate, Hz."""
     return np.asarray(trace.rate_hz / trace.size * np.arange(1, trace.size // 2 + 1))
 
 
-def coloured_noise(training: Sequence[Trace], proof: Sequence[Trace], settle_s: float) -> Coloured | None:
-    """Return the noise when it is coloured beyond doubt and that holds on readings kept back; None when it is white."""
+def coloured_noise(training: Sequence[Trace], proof: Sequence[Trace], settle_s: float) -> Told | None:
+    """Return the noise when it is coloured beyond doubt and that holds on readings kept back; None when it is white.
+
+    What comes in bursts is no such noise: made white, it is not Gaussian.
+    """
     seen = spectra(training, settle_s)
     if not seen:
         return None
@@ -137,12 +148,14 @@ def coloured_noise(training: Sequence[Trace], proof: Sequence[Trace], settle_s: 
     if told < CONVINCING or not law or (kept and _improvement(kept, best) < CONFIRMING):
         return None
     scatter = np.sqrt(np.diag(inverse(_curvature(seen, best))))
+    if _bursts(training, settle_s, Coloured(*_values(best))) > BURSTS:
+        return None
     white_v, sd_v, slope = _values(best)
     values = {
         "sd": Interval(sd_v, sd_v * float(np.exp(-1.96 * scatter[1])), sd_v * float(np.exp(1.96 * scatter[1]))),
         "slope": Interval(slope, slope - 1.96 * float(scatter[2]), slope + 1.96 * float(scatter[2])),
     }
-    return Coloured(white_v, sd_v, slope, ColouredNoise(values, float(chi2.sf(told, 2))))
+    return Told(white_v, sd_v, slope, ColouredNoise(values, float(chi2.sf(told, 2))))
 
 
 def _white(seen: Sequence[Spectrum]) -> float:
@@ -198,13 +211,39 @@ def _curvature(seen: Sequence[Spectrum], at: Array) -> Array:
 
 def spectra(traces: Sequence[Trace], settle_s: float) -> list[Spectrum]:
     """Return the power of the difference between the repeats of every recording that has any."""
-    found = []
+    return [_spectrum(trace, *pair) for trace in traces for pair in _pairs(trace, settle_s)]
+
+
+def _pairs(trace: Trace, settle_s: float) -> Iterator[tuple[int, int]]:
+    """Yield where pairs of repeats begin, and how many samples they are apart and long."""
+    for first, stop, period in repeated(trace, round(settle_s * trace.rate_hz)):
+        lag = (stop - first) // (2 * period) * period
+        if lag >= LEAST:
+            yield first, lag
+
+
+def _bursts(traces: Sequence[Trace], settle_s: float, noise: Coloured) -> float:
+    """Return by how many standard deviations of chance the noise, made white, strays farther than a normal law's."""
+    sums: dict[int, list[Array]] = {length: [] for length in LENGTHS}
     for trace in traces:
-        for first, stop, period in repeated(trace, round(settle_s * trace.rate_hz)):
-            lag = (stop - first) // (2 * period) * period
-            if lag >= LEAST:
-                found.append(_spectrum(trace, first, lag))
-    return found
+        white = whitening(noise.colour(trace))
+        for first, lag in _pairs(trace, settle_s):
+            left, use = _difference(trace, first, lag)
+            new = white(left[use], np.ones(np.count_nonzero(use), dtype=np.bool_))
+            for length, found in sums.items():
+                found.append(new[: new.size // length * length].reshape(-1, length).sum(axis=1))
+    together = [np.concatenate(found) for found in sums.values() if found]
+    return max((float(kurtosis(each)) / (24.0 / each.size) ** 0.5 for each in together if each.size), default=0.0)
+
+
+def _difference(trace: Trace, first: int, lag: int) -> tuple[Array, Mask]:
+    """Return the difference between two stretches ``lag`` samples apart, freed of drifts, and which of it counts."""
+    use = good(trace)[first : first + lag] & good(trace)[first + lag : first + 2 * lag]
+    once, again = trace.y[first : first + lag], trace.y[first + lag : first + 2 * lag]
+    t, mean = np.linspace(-1.0, 1.0, lag), 0.5 * (once + again)
+    columns = np.stack((np.ones(lag), t, mean, t * mean, np.gradient(mean)), axis=1)
+    difference = np.where(use, again - once, 0.0) / np.sqrt(2.0)
+    return difference - columns @ np.linalg.lstsq(columns, difference, rcond=None)[0], use
 
 
 def _spectrum(trace: Trace, first: int, lag: int) -> Spectrum:
@@ -212,12 +251,7 @@ def _spectrum(trace: Trace, first: int, lag: int) -> Spectrum:
 
     Seen through a window of Hann, every second ordinate stands for itself.
     """
-    use = good(trace)[first : first + lag] & good(trace)[first + lag : first + 2 * lag]
-    once, again = trace.y[first : first + lag], trace.y[first + lag : first + 2 * lag]
-    t, mean = np.linspace(-1.0, 1.0, lag), 0.5 * (once + again)
-    columns = np.stack((np.ones(lag), t, mean, t * mean, np.gradient(mean)), axis=1)
-    difference = np.where(use, again - once, 0.0) / np.sqrt(2.0)
-    left = difference - columns @ np.linalg.lstsq(columns, difference, rcond=None)[0]
+    left, use = _difference(trace, first, lag)
     window = np.hanning(lag)
     power = np.square(np.abs(np.fft.rfft(np.where(use, left, 0.0) * window))) / float(window @ (window * use))
     frequency = np.fft.rfftfreq(lag, 1.0 / trace.rate_hz)

@@ -160,6 +160,13 @@ def test_what_is_no_power_law_is_no_coloured_noise(physics):
     assert coloured_noise(traces, [], settling_s(model_of(OP_AMP))) is None
 
 
+def test_what_comes_in_bursts_is_no_coloured_noise_though_its_spectrum_looks_so():
+    """A contact that opens at moments of its own: most of the time nothing is wrong."""
+    lost = Concealed("lost_contact", {"rate": 20.0, "length": 3e-4})
+    traces = [recording(lost, stimulus=LONG, seed=seed, start_s=9.0 * seed) for seed in (1, 2)]
+    assert coloured_noise(traces, [], settling_s(model_of(OP_AMP))) is None
+
+
 def test_a_ladder_is_run_piece_by_piece_as_in_one():
     colour = Colour(gain=1.3, ladder=((0.99, 0.9), (0.9, 0.5)))
     values, use = np.random.default_rng(1).normal(size=(60, 2)), np.arange(60) % 7 > 0
