@@ -35,7 +35,7 @@ import serial
 from drivers.converter import dac
 from drivers.emulators.device_model import Hardware
 from drivers.emulators.serial_pty import HARDWARE
-from identify.trace import Step, blocks
+from identify.trace import Array, Step, blocks
 from rig.plan import Limits, Plan
 from rig.recorded import Entry, Recording
 from rig.recording import Writer
@@ -72,7 +72,7 @@ def device() -> Iterator[Emulated]:
 
 @dataclass(frozen=True)
 class Streamed:
-    """What one run took on the host; memory in bytes, ``resident`` by second of the run."""
+    """What one run took on the host, from its first block on; memory in bytes, ``resident`` by second of the run."""
 
     whole: bool
     reason: str
@@ -96,15 +96,35 @@ def stream(address: str, rate_hz: float, seconds: float, folder: Path) -> Stream
     with connect(address) as daq:
         made = plan(daq.achievable_rate(rate_hz), seconds)
         with Writer(path, made, equipment(address, daq, made.rate_hz), daq.quantise(made.u)) as writer, watch:
-            begun_s, cpu_s = time.perf_counter(), time.process_time()
-            outcome = run(made, daq, writer)
-            ended_s, used_s = time.perf_counter(), time.process_time()
+            clocked = _Clocked(writer)
+            outcome = run(made, daq, clocked)
+            ended_s = time.perf_counter()
             found = writer.finish(outcome.complete, outcome.reason, outcome.events)
     kept = found.count(Entry.RECORDED)
     whole = outcome.complete and kept == made.u.size and _is_right(found)
     path.unlink()
-    return Streamed(whole, outcome.reason, kept, ended_s - begun_s, used_s - cpu_s,
-                    time.perf_counter() - ended_s, tuple(watch.resident), _status("VmHWM"))
+    finishing_s, (wall_s, cpu_s) = time.perf_counter() - ended_s, clocked.took()
+    return Streamed(whole, outcome.reason, kept, wall_s, cpu_s, finishing_s, tuple(watch.resident), _status("VmHWM"))
+
+
+class _Clocked:
+    """A recording that notes when its blocks come: what goes before the first is no stream."""
+
+    def __init__(self, writer: Writer) -> None:
+        self._writer = writer
+        self._first: tuple[float, float] | None = None
+        self._last = (0.0, 0.0)
+
+    def append(self, start: int, y: Array, further: Array) -> None:
+        now = time.perf_counter(), time.process_time()
+        self._first = self._first or now
+        self._writer.append(start, y, further)
+        self._last = time.perf_counter(), time.process_time()
+
+    def took(self) -> tuple[float, float]:
+        """Return the seconds, and those of the processor, from the first block to the end of the last."""
+        first = self._first or self._last
+        return self._last[0] - first[0], self._last[1] - first[1]
 
 
 def _is_right(found: Recording) -> bool:

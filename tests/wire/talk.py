@@ -15,6 +15,7 @@ from drivers.framing import Frame, FrameReader, encode
 from drivers.serial_messages import Condition, Kind, Status, named, pack_codes, pack_range, unpack_codes
 
 PATIENCE_S = 10.0
+AGAIN_S = 0.5
 
 
 class Talk:
@@ -31,10 +32,19 @@ class Talk:
         """Speak to the device at ``path``; leave it halted."""
         with serial.Serial(path, 500_000, timeout=0.005, exclusive=True) as port:
             talk = cls(port)
-            talk.ask("HALT")
+            talk.halt()
             talk.heard.clear()
             yield talk
-            talk.ask("HALT")
+            talk.halt()
+
+    def halt(self) -> None:
+        """Halt the device; as a host would, say it again until it is answered: a board that starts hears nothing."""
+        number = next(self._numbers)
+        for _ in range(round(PATIENCE_S / AGAIN_S)):
+            self.say(Frame(Kind.COMMAND, number, b"HALT"))
+            if self.until(lambda: any((f.kind, f.number) == (Kind.REPLY, number) for f in self.heard), AGAIN_S):
+                return
+        raise AssertionError("no reply to 'HALT'")
 
     def say(self, data: bytes | Frame) -> None:
         """Send bytes or a frame."""
