@@ -17,7 +17,7 @@ from typing import final
 import numpy as np
 
 from drivers.scpi_link import ScpiLink
-from drivers.scpi_output import ramp
+from drivers.scpi_output import Playing, ramp
 from drivers.visa_resource import load
 from rig.amplifier import behind
 from rig.device import Array, Block, Capabilities, Device, Flag, Identity
@@ -38,20 +38,11 @@ TEN = "amplifier: {gain: 10, range: 10 V}"
 
 
 @dataclass
-class _Run:
-    """One run: what is played, and how much of it was read."""
+class _Run(Playing):
+    """One run, and where in the buffer its trigger was."""
 
-    u: Array
-    rate_hz: float
-    started_s: float
     inputs: int
     trigger: int | None = None
-    received: int = 0
-
-    def held_v(self) -> float:
-        """Return the level at the output now, as far as the host can tell."""
-        passed = int((time.monotonic() - self.started_s) * self.rate_hz)
-        return float(self.u[max(0, min(max(passed, self.received), self.u.size) - 1)])
 
 
 @final
@@ -208,7 +199,7 @@ class RedPitaya(Device):
         """Stop the acquisition and hold the level, as a signal that can be changed and read back."""
         run = self._run
         if run is not None:
-            held_v = float(run.u[-1]) if run.received == run.u.size else run.held_v()
+            held_v = run.held_v()
             self._link.tell(_held(held_v))
             self._run = None
             self._link.tell("ACQ:STOP")

@@ -13,7 +13,7 @@ import numpy as np
 
 from drivers.converter import Codes, adc, dac
 from drivers.scpi_link import ScpiLink
-from drivers.scpi_output import ramp
+from drivers.scpi_output import Playing, ramp
 from drivers.visa_resource import load
 from rig.device import Array, Block, Capabilities, Device, Flag, Identity
 from rig.errors import DeviceError, UsageError
@@ -32,21 +32,12 @@ BYTES = 2
 
 
 @dataclass
-class _Run:
-    """One run: what is played, and how much of it was read."""
+class _Run(Playing):
+    """One run, and how its answer is read: in blocks, or ``single``, at once."""
 
-    u: Array
-    rate_hz: float
     block: int
-    started_s: float
     single: bool
     inputs: int
-    received: int = 0
-
-    def held_v(self) -> float:
-        """Return the level at the output now, as far as the host can tell."""
-        passed = int((time.monotonic() - self.started_s) * self.rate_hz)
-        return float(self.u[max(0, min(max(passed, self.received), self.u.size) - 1)])
 
 
 @final
@@ -127,7 +118,7 @@ class U2300a(Device):
         self._link.tell_block("DATA", codes.astype("<u2").tobytes())
         self._link.tell("OUTP:WAV:ITER 1", "APPL:USER (@201)",
                         *((f"ACQ:POIN {block}", "DIG") if single else (f"WAV:POIN {block}", "RUN")), "OUTP ON")
-        self._run = _Run(u, rate_hz, block, time.monotonic(), single, self._inputs)
+        self._run = _Run(u, rate_hz, time.monotonic(), block, single, self._inputs)
         self._link.tell("SOUR:DIG:DATA:BIT 1,0,(@501)")
 
     def _prepare(self, rate: int) -> None:
@@ -194,7 +185,7 @@ class U2300a(Device):
         """Stop both converters; a pattern cut off holds no level that could be read back, so the level is set."""
         run = self._run
         if run is not None:
-            held_v = float(run.u[-1]) if run.received == run.u.size else run.held_v()
+            held_v = run.held_v()
             self._link.tell("OUTP OFF", "STOP", "SOUR:DIG:DATA:BIT 0,0,(@501)")
             self._run = None
             self._put_out(held_v)

@@ -3,7 +3,6 @@
 The port speaks, the firmware answers, the device model behind it plays; what goes wrong between them is scripted.
 """
 
-import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -15,7 +14,8 @@ import numpy as np
 
 from drivers.emulators.bench import Bench
 from drivers.emulators.device_model import DeviceModel, Hardware
-from drivers.emulators.faults import NO_FAULTS, Fault, Faults, Mischief, Piece, What
+from drivers.emulators.faults import NO_FAULTS, Faults, Mischief, Piece
+from drivers.emulators.outage import LOSES_ALL, Outage
 from drivers.emulators.scpi_instrument import Commands, ScpiParser
 from drivers.emulators.way import Way
 from rig.rigfile import RigFile
@@ -86,8 +86,7 @@ class ScpiDevice:
         self._port, self._end, self._speed, self._delay_s = port, end, speed, faults.delay_s
         self.wire = _Wire(Mischief(faults.script))
         self._start_s, self.now_s, self._behind_s = time.monotonic(), 0.0, 0.0
-        self._mute_until_s = self._back_s = -math.inf
-        self._hung = False
+        self._outage = Outage()
         self._power_up()
 
     @property
@@ -99,21 +98,23 @@ class ScpiDevice:
         """Be the device until ``stopped``."""
         while not stopped():
             self._port.wait(TICK_S if self._firmware.busy or self.wire.to_host or self.wire.to_device else IDLE_S)
-            if not self._hung:
+            if not self._outage.hung:
                 self.step(time.monotonic() - self._start_s)
 
     def step(self, now_s: float) -> None:
         """Do all that is due: hear the host, play and read samples, reply. ``now_s`` is real time since power-up."""
-        if now_s >= self._back_s:
+        if now_s >= self._outage.back_s:
             self._port.plug()
         self._pass(now_s)
         self._hear(now_s)
         self._firmware.advance(self.now_s)
-        if now_s >= self._mute_until_s:
+        if now_s >= self._outage.mute_until_s:
             for data in self.wire.to_host.due(now_s):
                 self._port.say(data)
         for fault in self.wire.mischief.happening(self.model.played):
-            self._suffer(fault, now_s)
+            self._outage.begin(fault, now_s, self._port)
+            if fault.what in LOSES_ALL:
+                self._power_up()
 
     def close(self) -> None:
         """Tear the link."""
@@ -158,18 +159,6 @@ class ScpiDevice:
     def _said(self, message: bytes, reply: bytes) -> list[Piece]:
         """Return what arrives of a reply on the host."""
         return self.wire.mischief.said(_name(message), reply, partial(_ended, self._end))
-
-    def _suffer(self, fault: Fault, now_s: float) -> None:
-        """Let a fault happen to the instrument."""
-        if fault.what is What.MUTE:
-            self._mute_until_s = now_s + fault.seconds
-        if fault.what is What.HUNG:
-            self._hung = True
-        if fault.what in (What.TORN, What.UNPLUGGED):
-            self._port.pull()
-            self._back_s = now_s + fault.seconds
-        if fault.what in (What.UNPLUGGED, What.RESTARTED):
-            self._power_up()
 
 
 def _name(message: bytes) -> str:

@@ -4,7 +4,6 @@ A pty ignores the baud rate and blocks its writer after some 20 kB; so the link 
 the host listens or not, and what does not fit the FIFOs is lost and flagged, as on a board.
 """
 
-import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -15,7 +14,8 @@ import numpy as np
 
 from drivers.emulators.bench import WIRED, Bench
 from drivers.emulators.device_model import DeviceModel, Hardware
-from drivers.emulators.faults import NO_FAULTS, Fault, Faults, What
+from drivers.emulators.faults import NO_FAULTS, Faults
+from drivers.emulators.outage import LOSES_ALL, Outage
 from drivers.emulators.pty_port import Pace, PtyPort
 from drivers.emulators.serial_faults import FaultyWire
 from drivers.emulators.serial_firmware import SerialFirmware
@@ -56,8 +56,7 @@ class SerialPty:
         self._paces, self._tx_buffer = (Pace(bytes_per_s), Pace(bytes_per_s)), max(TX_BUFFER, 2 * TICK_S * bytes_per_s)
         self._fast = bytes_per_s * TICK_S > TX_BUFFER
         self._start_s, self.now_s = time.monotonic(), 0.0
-        self._mute_until_s = self._back_s = -math.inf
-        self._hung = False
+        self._outage = Outage()
         self._power_up()
         self._port = PtyPort()
         self.path = self._port.path
@@ -66,20 +65,22 @@ class SerialPty:
         """Be the device until ``stopped``."""
         while not stopped():
             self._wait()
-            if not self._hung:
+            if not self._outage.hung:
                 self.step(time.monotonic() - self._start_s)
 
     def step(self, now_s: float) -> None:
         """Do all that is due: hear the host, play and read samples, speak. ``now_s`` is real time since power-up."""
-        if now_s >= self._back_s:
+        if now_s >= self._outage.back_s:
             self._port.plug()
         self._hear(now_s)
         self.now_s = now_s * self._speed
         self._firmware.advance(self.now_s)
-        if now_s >= self._mute_until_s:
+        if now_s >= self._outage.mute_until_s:
             self._speak(now_s)
         for fault in self.wire.happening(self.model.played):
-            self._suffer(fault, now_s)
+            self._outage.begin(fault, now_s, self._port)
+            if fault.what in LOSES_ALL:
+                self._power_up()
 
     def close(self) -> None:
         """Tear the link."""
@@ -99,18 +100,6 @@ class SerialPty:
         self.model = DeviceModel(self._hardware, self._bench)
         self._firmware = SerialFirmware(self.model, self._seed, beat_s=BEAT_S * self._speed)
         self._tx, self._held_up = bytearray(), False
-
-    def _suffer(self, fault: Fault, now_s: float) -> None:
-        """Let a fault happen to the device."""
-        if fault.what is What.MUTE:
-            self._mute_until_s = now_s + fault.seconds
-        if fault.what is What.HUNG:
-            self._hung = True
-        if fault.what in (What.TORN, What.UNPLUGGED):
-            self._port.pull()
-            self._back_s = now_s + fault.seconds
-        if fault.what in (What.UNPLUGGED, What.RESTARTED):
-            self._power_up()
 
     def _wait(self) -> None:
         """Sleep to the next tick; with nothing to do, until the host speaks."""

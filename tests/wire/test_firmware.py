@@ -2,8 +2,7 @@
 
 import subprocess
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import fields
 
 import numpy as np
@@ -23,6 +22,7 @@ from tests.wire.emulated import emulated
 from tests.wire.simavr.bench import FREQUENCY_HZ, UNO, Board, on_simavr
 from tests.wire.simavr.built import missing
 from tests.wire.talk import Talk
+from tests.wire.waiting import eventually
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing())
 
@@ -39,13 +39,6 @@ def board() -> Iterator[Board]:
 
 def played(device: Device, u: Array, rate_hz: float) -> Array:
     return np.concatenate([block.y for block in device.stream(u, rate_hz, LIMITS, safe_level_v=1.0, ramp_s=0.1)])
-
-
-def eventually(true: Callable[[], bool], within_s: float = 10.0) -> bool:
-    deadline = time.monotonic() + within_s
-    while not true() and time.monotonic() < deadline:
-        time.sleep(0.01)
-    return true()
 
 
 def test_it_records_what_the_emulator_does_to_the_last_bit_noise_included() -> None:

@@ -4,7 +4,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -22,6 +21,7 @@ from tests.benchmarks.killed_runner import kill
 from tests.rigs import GAIN
 from tests.wire.emulated import Emulated, emulated
 from tests.wire.host import long_plan, short_plan
+from tests.wire.waiting import eventually
 
 ROOT = Path(__file__).parents[2]
 SAFE_V = pytest.approx(1.0, abs=1e-3)
@@ -33,15 +33,6 @@ class Nowhere:
 
     def append(self, start: int, y: np.ndarray, further: np.ndarray) -> None:
         pass
-
-
-def eventually(true: Callable[[], bool], within_s: float) -> bool:
-    deadline = time.monotonic() + within_s
-    while time.monotonic() < deadline:
-        if true():
-            return True
-        time.sleep(0.01)
-    return False
 
 
 def guardian_of(program: int) -> int:

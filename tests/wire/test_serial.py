@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +22,7 @@ from rig.registry import connect
 from tests.rigs import GAIN, QUIET
 from tests.wire.emulated import Emulated, emulated
 from tests.wire.host import record
+from tests.wire.waiting import eventually
 
 LIMITS = Limits(-10.0, 10.0, None)
 
@@ -42,15 +43,6 @@ def happening(what: What, at_sample: int, seconds: float = math.inf) -> Faults:
 def tripled(device: Device, u: np.ndarray) -> np.ndarray:
     """Return what GAIN answers to ``u``."""
     return 3.0 * np.concatenate([[0.0], device.quantise(u)[:-1]])
-
-
-def eventually(true: Callable[[], bool], within_s: float) -> bool:
-    deadline = time.monotonic() + within_s
-    while time.monotonic() < deadline:
-        if true():
-            return True
-        time.sleep(0.01)
-    return False
 
 
 def test_a_run_at_full_speed_in_real_time_is_recorded_whole(tmp_path: Path) -> None:
