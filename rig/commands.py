@@ -19,6 +19,7 @@ from rig.typed import (
     json_option,
     optional_quantity,
     overwrite_option,
+    played_rig_option,
     quantity_above_0,
     quiet_option,
     report_option,
@@ -36,9 +37,10 @@ __all__ = ["commands", "device_commands"]
 )
 @click.argument("protocol")
 @device_option
+@played_rig_option
 @click.option("--plot", metavar="F.png", help="Draw a preview.")
 @json_option
-def check(protocol: str, device: str | None, plot: str | None, json_to: str | None) -> None:
+def check(protocol: str, device: str | None, rig: str | None, plot: str | None, json_to: str | None) -> None:
     """Prove PROTOCOL before any output.
 
     Tells the exact samples, levels, slew, duration, limits, the rate the device makes, the buffer and disk it takes;
@@ -48,7 +50,7 @@ def check(protocol: str, device: str | None, plot: str | None, json_to: str | No
     from rig.outputs import json_text, write_text
 
     check_destinations(plot, json_to)
-    found = session.check(protocol, device)
+    found = session.check(protocol, device, rig)
     told = foresight.foreseen(found)
     if plot:
         from rig.preview import draw_plan
@@ -66,10 +68,13 @@ def check(protocol: str, device: str | None, plot: str | None, json_to: str | No
 @command("run", "rig run protocols/sine_50hz.yaml --out sine.h5", "rig run my.yaml --device serial:/dev/ttyACM0")
 @click.argument("protocol")
 @device_option
+@played_rig_option
 @click.option("--out", metavar="RUN.h5", help="The recording; else the protocol's name, here.")
 @overwrite_option
 @quiet_option
-def run(protocol: str, device: str | None, out: str | None, overwrite: bool, quiet: bool) -> None:
+def run(
+    protocol: str, device: str | None, rig: str | None, out: str | None, overwrite: bool, quiet: bool,
+) -> None:  # fmt: skip
     """Play PROTOCOL and record.
 
     Ctrl-C ramps the output to its safe level and keeps what was recorded.
@@ -81,7 +86,7 @@ def run(protocol: str, device: str | None, out: str | None, overwrite: bool, qui
     out = out or f"{Path(protocol).stem}.h5"
     check_destinations(out)
     with terminal.counted("recording", quiet) as progress:
-        done = session.record(protocol, device, out, progress, overwrite)
+        done = session.record(protocol, device, out, progress, overwrite, rig)
     say(narration.recorded(done))
     if done.outcome.failure is not None:
         raise done.outcome.failure

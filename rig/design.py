@@ -1,16 +1,14 @@
 """How does a rig file become the protocol that tells most about the rig in a given time, within limits and device?"""
 
-import os
 from dataclasses import dataclass, replace
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import protocols
 from identify.natural_units import shown
 from rig import protocolfile, registry, session
 from rig.device import Capabilities, Device
-from rig.errors import FileError, MisfitError, RefusedError
+from rig.errors import FileError, MisfitError, RefusedError, UsageError
 from rig.foresight import Foresight, expected_noise, foreseen_plan
 from rig.limits import Limits
 from rig.linearblock import check_stable
@@ -18,6 +16,7 @@ from rig.outputs import check_destination, write_text
 from rig.plan import Plan
 from rig.protocol import parse_protocol
 from rig.protocolfile import exact
+from rig.references import ALLOWED, is_beside, packaged
 from rig.rigfile import RigFile, read_rig
 from rig.stimulus import MAX_SAMPLES
 from rig.workflow import Progress
@@ -74,6 +73,9 @@ def design(rig: str | Path, out: str | Path, wish: Wish, progress: Progress, ove
     if out.exists() and not overwrite:
         raise FileError("there is a file of this name already", where=str(out), do="choose another name or --overwrite")
     rigfile = _usable(read_rig(path))
+    if not is_beside(path, out.resolve().parent):
+        raise UsageError("the protocol could not name its rig file", where=str(path), allowed=ALLOWED,
+                         do="write the protocol beside the rig file, or above it")
     address = session.at_rig(wish.device or f"loopback:{path}", rigfile)
     with registry.connect(address) as device:
         room = _room(rigfile, wish, device)
@@ -171,10 +173,10 @@ def _heading(rigfile: RigFile, path: Path, out: Path, wish: Wish, room: "Room") 
 
 def _seen_from(path: Path, out: Path) -> str:
     """Return how a protocol at ``out`` names the rig file."""
-    folder = Path(protocols.__path__[0]).resolve()
+    folder = packaged().resolve()
     if path.resolve().is_relative_to(folder):
         return path.resolve().relative_to(folder).as_posix()
-    return Path(os.path.relpath(path.resolve(), out.resolve().parent)).as_posix()
+    return path.resolve().relative_to(out.resolve().parent).as_posix()
 
 
 def _remarks(model: "Model", wish: Wish, room: "Room", told: Foresight) -> list[str]:

@@ -7,10 +7,10 @@ from typing import Any, Literal
 
 from pydantic import Field, field_validator
 
-import protocols
 from rig.errors import FileError, MisfitError, unknown
 from rig.forms import Form, Rate, Seconds, Volts
 from rig.limits import Limits, LimitsForm
+from rig.references import file_meant
 from rig.rigfile import RigFile, read_rig
 from rig.steps import STIMULI, Count
 from rig.stimulus import Stimulus
@@ -104,32 +104,36 @@ class StepForm(Form):
     repeats: Count = 1
 
 
-def read_protocol(path: str | Path) -> Protocol:
-    """Return the protocol in the YAML file at ``path``; raise FileError."""
-    return parse_protocol(read_text(Path(path)), str(path))
+def read_protocol(path: str | Path, rig: Path | None = None) -> Protocol:
+    """Return the protocol in the YAML file at ``path``, on another ``rig`` than it names; raise FileError."""
+    return parse_protocol(read_text(Path(path)), str(path), rig)
 
 
-def parse_protocol(text: str, where: str) -> Protocol:
-    """Return the protocol in ``text``; ``where`` is its path, which the rig it names stands by; raise FileError."""
+def parse_protocol(text: str, where: str, rig: Path | None = None) -> Protocol:
+    """Return the protocol in ``text``; ``where`` is its path, which the rig it names stands by; raise FileError.
+
+    ``rig`` is a rig file to take in place of the one it names.
+    """
     document = parse_yaml(text, where)
     if document.data is None:
         raise document.error("the file is empty", do="a protocol starts with 'spec: 1'")
     form = ProtocolForm.read(document)
-    rig_path = None if form.rig is None else _find_rig(document, form.rig)
-    rig = None if rig_path is None else read_rig(rig_path)
+    rig_path = rig or (None if form.rig is None else _find_rig(document, form.rig))
+    rig_file = None if rig_path is None else read_rig(rig_path)
     return Protocol(
-        title=form.title, question=form.question, path=where, text=text, limits=_limits(document, form, rig),
+        title=form.title, question=form.question, path=where, text=text, limits=_limits(document, form, rig_file),
         rate_hz=form.acquisition.rate, steps=_steps(document, form.steps), repeats=form.repeats,
         safe_level_v=form.safe_level, ramp_s=form.ramp, rig_path=None if rig_path is None else str(rig_path),
-        rig=rig, device=form.device, inputs=tuple(form.acquisition.inputs),
+        rig=rig_file, device=form.device, inputs=tuple(form.acquisition.inputs),
         retries=_retries(document, form.on_overrun),
     )
 
 
 def _limits(document: Document, form: ProtocolForm, rig: RigFile | None) -> Limits:
     """Return the limits of protocol and rig, the narrower on each side."""
+    whose = f"the rig file {Path(rig.where).name}" if rig else ""
     try:
-        return form.limits.limits().within(rig.limits if rig else None, f"the rig file {form.rig}")
+        return form.limits.limits().within(rig.limits if rig else None, whose)
     except MisfitError as error:
         raise error.placed(document.at("limits")) from error
 
@@ -145,10 +149,13 @@ def _retries(document: Document, asked: str) -> int:
 
 def _find_rig(document: Document, name: str) -> Path:
     """Return the rig file ``name``, beside the protocol or among those installed."""
-    for candidate in (Path(document.where).parent / name, Path(protocols.__path__[0]) / name):
-        if candidate.is_file():
-            return candidate
-    raise document.error("no such rig file", "rig", value=name, do="give its path as seen from this protocol")
+    try:
+        found = file_meant(name, Path(document.where).parent)
+    except MisfitError as error:
+        raise error.placed(document.at("rig")) from error
+    if found is None:
+        raise document.error("no such rig file", "rig", value=name, do="give its path as seen from this protocol")
+    return found
 
 
 def _steps(document: Document, steps: list[Any]) -> tuple[ProtocolStep, ...]:

@@ -9,13 +9,15 @@ import re
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
 
 from rig import ownership
 from rig.amplified_device import AmplifiedDevice
-from rig.amplifier import parted
+from rig.amplifier import behind, parted
 from rig.device import Device, Identity
-from rig.errors import RigError, UsageError, unknown
+from rig.errors import MisfitError, RigError, UsageError, unknown
 from rig.ownership import Claim
+from rig.references import file_meant
 
 GROUP = "rig.drivers"
 _CLASS_ADDRESS = re.compile(r"(?P<module>[A-Za-z_][\w.]*):(?P<name>[A-Z]\w*)(?::(?P<where>.*))?")
@@ -68,6 +70,25 @@ def driver_at(address: str) -> tuple[type[Device], str]:
     if match := _CLASS_ADDRESS.fullmatch(address):
         return _driver_class(match["module"], match["name"], address), match["where"] or ""
     raise UsageError(**unknown("device", scheme, list(drivers())), where=address)
+
+
+def address_in(folder: Path, address: str) -> str:
+    """Return the device a protocol in ``folder`` names; a file that stands for a device is seen from there.
+
+    Raises MisfitError for a driver that is not installed, which would run any code there is, and for a file elsewhere.
+    """
+    bare, amplifier = parted(address)
+    scheme, colon, where = bare.partition(":")
+    if scheme not in drivers() and _CLASS_ADDRESS.fullmatch(bare):
+        raise MisfitError("a protocol names the device of an installed driver", value=repr(bare),
+                          allowed=", ".join(f"{known}:..." for known in drivers()), do="give this one with --device")
+    if not colon or scheme not in drivers() or driver(scheme).hardware or not where:
+        return address
+    name, mark, option = where.partition("?")
+    found = file_meant(name, folder)
+    if found is None:
+        raise MisfitError("no such file", value=name, do="give its path as seen from this protocol")
+    return behind(f"{scheme}:{found}{mark}{option}", amplifier)
 
 
 def driver(scheme: str) -> type[Device]:

@@ -5,12 +5,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import protocols
 from rig import registry, retry, runner
 from rig.amplifier import behind
 from rig.calibration import kept_for
 from rig.device import Capabilities, Device, Identity
-from rig.errors import FileError, IncompleteError, RefusedError, visible
+from rig.errors import FileError, IncompleteError, MisfitError, RefusedError, visible
 from rig.guardian import post
 from rig.plan import Plan
 from rig.plan import plan as draw
@@ -18,6 +17,7 @@ from rig.protocol import Protocol, read_protocol
 from rig.provenance import now
 from rig.recorded import VOLTAGES, Equipment, Recording
 from rig.recording import Writer
+from rig.references import is_file, packaged
 from rig.rigfile import RigFile
 from rig.units import exact
 from rig.yamlfile import parse_yaml
@@ -73,14 +73,17 @@ class Recorded:
 
 def shipped(name: str | Path) -> Path:
     """Return the file ``name`` as given, or among the protocols and rigs that come with the program."""
-    folder = Path(protocols.__path__[0])
+    folder = packaged()
     inside = Path(*Path(name).parts[1:]) if Path(name).parts[:1] == (folder.name,) else Path(name)
-    return next((path for path in (Path(name), folder / inside) if path.is_file()), Path(name))
+    return next((path for path in (Path(name), folder / inside) if is_file(path)), Path(name))
 
 
-def check(protocol_path: str | Path, address: str | None = None) -> Checked:
-    """Prove a protocol on a device without output; raise FileError, RefusedError, UsageError or DeviceError."""
-    protocol = read_protocol(shipped(protocol_path))
+def check(protocol_path: str | Path, address: str | None = None, rig: str | None = None) -> Checked:
+    """Prove a protocol on a device without output; raise FileError, RefusedError, UsageError or DeviceError.
+
+    ``rig`` is a rig file to take in place of the one the protocol names.
+    """
+    protocol = read_protocol(shipped(protocol_path), shipped(rig) if rig else None)
     address = at_rig(address or usual_address(protocol), protocol.rig)
     with registry.connect(address) as device:
         return proven(protocol, address, device)
@@ -88,13 +91,14 @@ def check(protocol_path: str | Path, address: str | None = None) -> Checked:
 
 def record(
     protocol_path: str | Path, address: str | None, out: str | Path, progress: runner.Progress, overwrite: bool = False,
-) -> Recorded:
+    rig: str | None = None,
+) -> Recorded:  # fmt: skip
     """Play a protocol and keep what comes back at ``out``; however the run ends, the output is left safe.
 
     What is played again because samples were lost goes beside it, as ``RUN.retry1.h5`` and so on. Raises what ``check``
     raises, before any output; a failure in the run is told in the outcome.
     """
-    protocol = read_protocol(shipped(protocol_path))
+    protocol = read_protocol(shipped(protocol_path), shipped(rig) if rig else None)
     address = at_rig(address or usual_address(protocol), protocol.rig)
     with registry.connect(address) as device:
         return play(protocol, address, device, out, progress, overwrite)
@@ -143,8 +147,16 @@ def _make_room(out: Path, overwrite: bool) -> None:
 
 
 def usual_address(protocol: Protocol) -> str:
-    """Return the device a protocol is played on when none is named: its own, or the loopback with its rig."""
-    return protocol.device or f"loopback:{protocol.rig_path or ''}"
+    """Return the device a protocol is played on when none is named: its own, or the loopback with its rig.
+
+    Raises FileError for one that only who types a command may name.
+    """
+    if protocol.device is None:
+        return f"loopback:{protocol.rig_path or ''}"
+    try:
+        return registry.address_in(Path(protocol.path).parent, protocol.device)
+    except MisfitError as error:
+        raise error.placed(parse_yaml(protocol.text, protocol.path).at("device")) from error
 
 
 def at_rig(address: str, rig: RigFile | None) -> str:

@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field, Tag, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, Tag, model_validator
 
 from rig import stimuli
-from rig.errors import MisfitError
+from rig.errors import FileError, MisfitError
 from rig.forms import BY_SHAPE, Form, Gain, Hertz, PositiveSeconds, Radians, Seconds, Volts, VoltsPerSecond
+from rig.references import file_meant, stays_inside
 from rig.stimulus import Drawn, Setting, Stimulus
 from rig.tables import open_table
 from rig.units import quantity
@@ -213,13 +214,19 @@ class MinorLoopsForm(Stimulus):
 class FileForm(Form):
     """Two columns of a text table, by name or number: time in s, level in V."""
 
-    path: str
+    path: Annotated[str, AfterValidator(stays_inside)]
     time: str | int = 1
     level: str | int = 2
 
     def points(self, folder: Path) -> stimuli.Points:
-        """Return times and levels; a relative path starts at ``folder``. Raises FileError."""
-        table = open_table(folder / self.path)
+        """Return times and levels from the file as seen from ``folder``; raise FileError."""
+        try:
+            found = file_meant(self.path, folder)
+        except MisfitError as error:
+            raise error.placed(str(folder / self.path)) from error
+        if found is None:
+            raise FileError("no such file", where=str(folder / self.path))
+        table = open_table(found)
         return table.column(str(self.time)), table.column(str(self.level))
 
 

@@ -20,6 +20,7 @@ device_option = click.option(
     "--device", metavar="ADDRESS", help="Such as loopback: or serial:/dev/ttyACM0; else the protocol's own."
 )
 rig_option = click.option("--rig", metavar="RIG.yaml", help="The plain model; else the rig kept in the recordings.")
+played_rig_option = click.option("--rig", metavar="RIG.yaml", help="The rig; else the one the protocol names.")
 calibration_option = click.option(
     "--calibration", metavar="F.json", help="Of the device, by rig calibrate; else the one kept in the recordings."
 )

@@ -56,13 +56,19 @@ def test_a_rig_that_is_not_there_and_a_file_that_is(tmp_path: Path) -> None:
         design(mine(tmp_path), tmp_path / "my_rig.yaml", Wish(), silent)
 
 
+def test_a_protocol_that_could_not_name_its_rig_is_not_written(tmp_path: Path) -> None:
+    (tmp_path / "there").mkdir()
+    with pytest.raises(UsageError, match="could not name its rig file"):
+        design(mine(tmp_path), tmp_path / "there" / "slow.yaml", Wish(), silent)
+
+
 def test_slow_inputs_get_no_jumps_and_the_rig_is_found_from_another_folder(tmp_path: Path) -> None:
     (tmp_path / "there").mkdir()
-    out = tmp_path / "there" / "slow.yaml"
-    done = design(mine(tmp_path), out, Wish(8.0, 5.0, 2000.0, 2000.0), silent)
+    out = tmp_path / "slow.yaml"
+    done = design(mine(tmp_path / "there"), out, Wish(8.0, 5.0, 2000.0, 2000.0), silent)
     made = plan(read_protocol(out))
     assert made.rig_path is not None
-    assert Path(made.rig_path).samefile(tmp_path / "my_rig.yaml")
+    assert Path(made.rig_path).samefile(tmp_path / "there" / "my_rig.yaml")
     assert made.limits.slew_v_per_s == 2000.0
     assert made.slew_v_per_s <= 2000.0 * (1.0 + 1e-9)
     assert done.moving > 0
