@@ -8,8 +8,10 @@ from threadpoolctl import threadpool_limits
 from identify.chain import Chain, as_promised
 from identify.effects import catalogue, chain_of
 from identify.effects.effect import Effect
+from identify.excerpts.excerpts import excerpts_of
 from identify.explain.answer import Answer
 from identify.explain.confirm import CONVINCING, adapted, improvement, would_tell
+from identify.explain.everywhere import everywhere
 from identify.explain.explanation import Explanation
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import located
@@ -36,12 +38,17 @@ def explain(
 ) -> Explanation:
     """Return where simulation and recordings differ, what physics was left out, the better model, and the proof.
 
-    ``leave_out`` lists ids of the catalogue that are not tried. Raises ValueError with one sentence when the recordings
+    ``leave_out`` lists ids of the catalogue that are not tried. Of recordings too long to be explained whole, excerpts
+    are, and all of them are held against what these tell. Raises ValueError with one sentence when the recordings
     cannot be used.
     """
     model, _ = stabilised(valued(model, [*traces, *hold_out]))
     with threadpool_limits(1, "blas"):  # the matrices are small: threads only wait for each other
-        return _explained(model, traces, hold_out, progress or _silent, leave_out)
+        excerpts = excerpts_of(model, traces, hold_out)
+        if excerpts is None:
+            return _explained(model, traces, hold_out, progress or _silent, leave_out)
+        told = _explained(model, excerpts.training, excerpts.proof, progress or _silent, leave_out)
+        return everywhere(told, model, excerpts)
 
 
 def _explained(

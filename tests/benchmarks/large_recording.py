@@ -89,8 +89,13 @@ def stretches(samples: int) -> Iterator[Array]:
             yield played.u(start, min(start + STRETCH, played.step.stop))
 
 
-def readings(rig: Rig, stimulus: Iterator[Array], seed: int = 0) -> Iterator[tuple[Array, Array]]:
-    """Yield u and y, V, stretch by stretch, with white noise; the rig is at rest before."""
+def readings(
+    rig: Rig, stimulus: Iterator[Array], seed: int = 0, rails_v: float = np.inf,
+) -> Iterator[tuple[Array, Array]]:  # fmt: skip
+    """Yield u and y, V, stretch by stretch, with white noise; the rig is at rest before.
+
+    What F makes stops at ``rails_v`` of either sign.
+    """
     step_s, random = 1.0 / (RATE_HZ * NODES), np.random.default_rng(seed)
     num1, a1, _ = cont2discrete((rig.g1_num, rig.g1_den), step_s, "zoh")
     num2, a2, _ = cont2discrete((rig.g2_num, rig.g2_den), step_s, "foh")
@@ -98,20 +103,20 @@ def readings(rig: Rig, stimulus: Iterator[Array], seed: int = 0) -> Iterator[tup
     for u in stimulus:
         v, z1 = lfilter(np.ravel(num1), a1, np.repeat(u, NODES), zi=z1)
         ws = play(rig.s_l * (v - rig.d_l_v), rig.s_u * (v - rig.d_u_v), w, 1.0, 0.0)
-        x, z2 = lfilter(np.ravel(num2), a2, ws, zi=z2)
+        x, z2 = lfilter(np.ravel(num2), a2, np.clip(ws, -rails_v, rails_v), zi=z2)
         w = float(ws[-1])
         yield u, x[::NODES] + rig.noise_v * random.standard_normal(u.size)
 
 
-def record(path: Path, samples: int) -> None:
-    """Write the recording."""
+def record(path: Path, samples: int, rails_v: float = np.inf) -> None:
+    """Write the recording of a rig whose F stops at ``rails_v``, which its rig file does not know."""
     steps = steps_of(samples)
     size = steps[-1].stop
     scratch = path.with_suffix(".scratch")
     with h5py.File(scratch, "w") as file:
         u, y = (file.create_dataset(name, size, np.float64) for name in ("u", "y"))
         position = 0
-        for piece, read in readings(TRUTH, stretches(samples)):
+        for piece, read in readings(TRUTH, stretches(samples), rails_v=rails_v):
             u[position : position + piece.size], y[position : position + piece.size] = piece, read
             position += piece.size
     with h5py.File(scratch) as file:
