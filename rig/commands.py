@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from rig import device_commands
+from rig import conversion_commands, device_commands
 from rig.typed import (
     calibration_option,
     check_destinations,
@@ -24,12 +24,11 @@ from rig.typed import (
     quiet_option,
     report_option,
     rig_option,
-    rows_of,
     runs_argument,
     say,
 )
 
-__all__ = ["commands", "device_commands"]
+__all__ = ["commands", "conversion_commands", "device_commands"]
 
 
 @command(
@@ -123,46 +122,6 @@ def design(
     with terminal.bar("designing", quiet) as progress:
         done = write(rig_file, out, wish, progress, overwrite)
     say(narration.designed(done))
-
-
-@command("import", "rig import scope.csv --time Time --input CH1 --output CH2 --rig rig.yaml --out run.h5",
-         "rig import table.csv.gz --input 1 --output 2 --rate 51200 --rows 5200:105200 --out train.h5")  # fmt: skip
-@click.argument("table")
-@click.option("--time", metavar="C", help="The column of times in s: a name, or a number from 1.")
-@click.option("--input", "input_column", metavar="C", required=True, help="The column of u in V.")
-@click.option("--output", "output_column", metavar="C", required=True, help="The column of y in V.")
-@click.option("--measured-input", metavar="C", help="A channel that read u back.")
-@click.option("--rate", "rate_hz", type=float, metavar="HZ", help="The sample rate, where there is no column of times.")
-@click.option("--rows", metavar="FIRST:STOP", help="Only these rows, counted from 0 below the header.")
-@click.option("--intersample", type=click.Choice(["held", "linear", "bandlimited"]), default="held", show_default=True,
-              help="What u is between samples.")  # fmt: skip
-@click.option("--initial", type=click.Choice(["rest", "in_motion"]), help="The rig at first; else told from y.")
-@click.option("--rig", metavar="RIG.yaml", help="Keep this plain model in the recording.")
-@click.option("--out", metavar="RUN.h5", required=True)
-@overwrite_option
-def import_table(
-    table: str, time: str | None, input_column: str, output_column: str, measured_input: str | None,
-    rate_hz: float | None, rows: str | None, intersample: Any, initial: Any, rig: str | None, out: str, overwrite: bool,
-) -> None:  # fmt: skip
-    """Turn a table into a recording.
-
-    TABLE was recorded by another program: CSV or TSV, plain or gzipped, values in V and times in s.
-    """
-    from rig import narration
-    from rig.importers import read_table
-    from rig.recording import write
-    from rig.rigfile import read_rig
-    from rig.session import shipped
-
-    check_destinations(out)
-    first, stop = rows_of(rows)
-    recording = read_table(
-        table, input=input_column, output=output_column, time=time, rate_hz=rate_hz, measured_input=measured_input,
-        first_row=first, stop_row=stop, intersample=intersample, initial=initial,
-        rig_text=read_rig(shipped(rig)).text if rig else "",
-    )  # fmt: skip
-    write(out, recording, overwrite)
-    say(narration.imported(recording, out))
 
 
 @command(

@@ -1,19 +1,25 @@
 """How does a table that another program recorded become a recording like our own?
 
-Values are in V and time in s; nothing is scaled. Time may be a column, which must then be uniform, or a rate.
+Values become V and times s, by the units in the headings or as they stand. The time base is a column, which must then
+be uniform, or a rate, or what the file itself says; rows that it lacks are refused, or lost samples where that is asked
+for. Nothing is resampled. A long table goes by stretches into files that are gone when the recording is.
 """
 
 import hashlib
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from identify.trace import Array, Intersample
+from identify.trace import LONG, Intersample, Samples, blocks
 from rig.errors import FileError, UsageError
+from rig.exported import restored
+from rig.gapped import filled
 from rig.provenance import git_commit, now, software
-from rig.recorded import Equipment, Initial, Origin, Recording, complete_ledger
-from rig.tables import Table, open_table
-from rig.timebase import TimeBase, uniform
+from rig.readers import Table, Wanted, open_table
+from rig.recorded import Entry, Equipment, Event, Initial, Ledger, Origin, Recording
+from rig.spool import spooled
+from rig.timebase import Gaps, TimeBase, clock
 
 RATE_AGREES = 1e-3
 """Relative difference allowed between a time column and a rate given beside it."""
@@ -21,73 +27,163 @@ FEWEST = 2
 REST_SPAN = 0.02
 REST_NOISE = 6.0
 MEDIAN_OF_SECOND_DIFFERENCES = 0.6745 * 6**0.5  # of white noise of unit variance
+NO_GAPS = Gaps(np.empty(0, np.int64), np.empty(0, np.int64))
 
 
-def read_table(
-    path: str | Path, *, input: str, output: str, time: str | None = None, rate_hz: float | None = None,  # noqa: A002
-    measured_input: str | None = None, first_row: int = 0, stop_row: int | None = None,
-    intersample: Intersample = "held", initial: Initial | None = None, rig_text: str = "",
-) -> Recording:
-    """Return the rows [first_row, stop_row) of a table, counted from 0 below the header, as a recording.
+@dataclass(frozen=True)
+class Asked:
+    """Which columns of a table are what, and how they are to be understood.
 
-    ``input`` is the column of u, ``output`` of y, each a name or a number from 1 on; of ``time`` and ``rate_hz`` one
-    is needed. ``initial`` None: in motion when rows before the first are left out or y does not begin near 0, else
-    rest. Raises FileError naming line and column, UsageError for options that make no sense.
+    Columns are names or numbers from 1 on; rows [first_row, stop_row) are counted from 0 below the heading.
+    ``gaps_lost`` has rows that the time base lacks, and readings that are no numbers, as lost samples. ``initial``
+    None: in motion when rows before the first are left out or y does not begin near 0, else rest.
     """
-    _check_options(str(path), time, rate_hz, first_row, stop_row)
-    table = open_table(path)
-    u, y = (table.column(which, first_row, stop_row) for which in (input, output))
-    if u.size < FEWEST:
-        raise FileError("too few rows", where=str(path), value=f"{u.size} from row {first_row} on",
+
+    input: str | None = None
+    output: str | None = None
+    time: str | None = None
+    rate_hz: float | None = None
+    measured_input: str | None = None
+    first_row: int = 0
+    stop_row: int | None = None
+    intersample: Intersample = "held"
+    initial: Initial | None = None
+    gaps_lost: bool = False
+    full_scale_v: float | None = None
+    rig_text: str = ""
+
+    def columns(self) -> dict[str, Wanted]:
+        """Return what is to be read, by what it is."""
+        told = {"u": (self.input, "V"), "y": (self.output, "V"), "u_measured": (self.measured_input, "V"),
+                "time": (self.time, "s")}
+        missing = {"y", "u_measured"} if self.gaps_lost else set()
+        return {name: Wanted(column, unit, "let through" if name in missing else "refused")
+                for name, (column, unit) in told.items() if column}
+
+
+def read_table(path: str | Path, asked: Asked, folder: Path | None = None) -> Recording:
+    """Return a table as a recording; without columns, one of our own exports as the recording it was made from.
+
+    Long signals stand in ``folder`` until they are no longer used. Raises FileError naming line and column, UsageError
+    for options that make no sense.
+    """
+    _check(str(path), asked)
+    table = open_table(path, asked.full_scale_v)
+    if asked.input is None and asked.output is None and table.note:
+        return restored(table, Path(path), folder)
+    _check_columns(table, asked)
+    wanted = asked.columns()
+    read = spooled(table.stretches(list(wanted.values()), asked.first_row, asked.stop_row), len(wanted), folder)
+    signals = dict(zip(wanted, read, strict=True))
+    if signals["u"].size < FEWEST:
+        raise FileError("too few rows", where=table.where, value=f"{signals['u'].size} from row {asked.first_row} on",
                         allowed=f"at least {FEWEST}")
-    base = _time_base(table, time, rate_hz, first_row, stop_row)
-    columns = {"input": input, "output": output, "time": time or "", "measured_input": measured_input or ""}
-    return Recording(
-        name=_stem(Path(path)), rate_hz=base.rate_hz, u=u, y=y, ledger=complete_ledger(u.size),
-        origin=_origin(Path(path), columns | {"rows": f"{first_row}:{first_row + u.size}"}),
-        u_measured=None if measured_input is None else table.column(measured_input, first_row, stop_row),
-        intersample=intersample, start_s=base.start_s, initial=initial or _initial(first_row, y),
-        title=Path(path).name, rig_text=rig_text, reason="imported",
-    )
+    return _recording(Path(path), asked, table, signals)
 
 
-def _check_options(where: str, time: str | None, rate_hz: float | None, first_row: int, stop_row: int | None) -> None:
-    if time is None and rate_hz is None:
-        raise UsageError("the time base is unknown", where=where, do="give the time column or the sample rate")
-    if rate_hz is not None and not (np.isfinite(rate_hz) and rate_hz > 0):
-        raise UsageError("not a sample rate", value=f"{rate_hz:g} Hz", allowed="above 0 Hz")
-    if first_row < 0 or (stop_row is not None and stop_row <= first_row):
-        raise UsageError("not a range of rows", value=f"{first_row}:{'' if stop_row is None else stop_row}",
+def _check(where: str, asked: Asked) -> None:
+    """Raise UsageError for a rate or rows that cannot be."""
+    rate, first, stop = asked.rate_hz, asked.first_row, asked.stop_row
+    if rate is not None and not (np.isfinite(rate) and rate > 0):
+        raise UsageError("not a sample rate", value=f"{rate:g} Hz", allowed="above 0 Hz")
+    if first < 0 or (stop is not None and stop <= first):
+        raise UsageError("not a range of rows", value=f"{first}:{'' if stop is None else stop}",
                          allowed="FIRST:STOP with 0 <= FIRST < STOP, counted from 0 below the header")
 
 
-def _initial(first_row: int, y: Array) -> Initial:
+def _check_columns(table: Table, asked: Asked) -> None:
+    """Raise UsageError when it is not said which columns are u and y, or what the time base is."""
+    if asked.input is None or asked.output is None:
+        names = ", ".join(heading.text for heading in table.headings if heading.text)
+        raise UsageError("which columns are u and y?", where=table.where, do="give --input and --output",
+                         allowed=f"1 to {len(table.headings)}{': ' if names else ''}{names[:400]}")
+    if asked.time is None and asked.rate_hz is None and table.clock is None:
+        raise UsageError("the time base is unknown", where=table.where, do="give the time column or the sample rate")
+
+
+def _recording(path: Path, asked: Asked, table: Table, signals: dict[str, Samples]) -> Recording:
+    """Return the signals as a recording, samples put in where the time base lacks rows."""
+    base, gaps = _time_base(table, asked, signals)
+    u = filled(signals["u"], gaps, "held" if asked.intersample == "held" else "linear")
+    inputs = {name: filled(signals[name], gaps, "nothing") for name in ("y", "u_measured") if name in signals}
+    ledger = _ledger(list(inputs.values()))
+    return Recording(
+        name=_stem(path), rate_hz=base.rate_hz, u=u, y=inputs["y"], u_measured=inputs.get("u_measured"), ledger=ledger,
+        origin=_origin(path, asked, table, signals["u"].size), intersample=asked.intersample, start_s=base.start_s,
+        initial=asked.initial or _initial(asked.first_row, inputs["y"]), title=path.name, rig_text=asked.rig_text,
+        reason="imported", events=_events(ledger, gaps, asked),
+    )  # fmt: skip
+
+
+def _ledger(inputs: list[Samples]) -> Ledger:
+    """Return the ledger: lost is what no number stands for."""
+    ledger = np.empty(inputs[0].size, dtype=np.uint8)
+    for start, stop in blocks(0, ledger.size):
+        there = np.logical_and.reduce([np.isfinite(signal[start:stop]) for signal in inputs])
+        ledger[start:stop] = np.where(there, Entry.RECORDED, Entry.LOST)
+    return ledger
+
+
+def _events(ledger: Ledger, gaps: Gaps, asked: Asked) -> tuple[Event, ...]:
+    """Return what is to be known of samples that the table lacks."""
+    lost = ledger == Entry.LOST
+    count, missing = int(np.count_nonzero(lost)), int(gaps.missing.sum())
+    if not count:
+        return ()
+    u_is = "held" if asked.intersample == "held" else "a straight line"
+    told = [f"{missing} samples in {gaps.rows.size} gaps of the times, where u is taken as {u_is}"] if missing else []
+    told += [f"{count - missing} readings that are no numbers"] if count > missing else []
+    first, last = int(np.argmax(lost)), lost.size - int(np.argmax(lost[::-1]))
+    return (Event("lost", f"the table lacks {' and '.join(told)}", first, last),)
+
+
+def _initial(first_row: int, y: Samples) -> Initial:
     """Return whether the rig was at rest: nothing cut off before, and y[0] at 0 V to within noise and 2 % of its span.
 
-    The noise is taken from second differences, which leave little of a signal.
+    The noise is taken from second differences, which leave little of a signal, of the first million readings.
     """
-    noise_v = float(np.median(np.abs(np.diff(y, 2)))) / MEDIAN_OF_SECOND_DIFFERENCES if y.size > FEWEST else 0.0
-    near = max(REST_SPAN * float(np.ptp(y)), REST_NOISE * noise_v)
-    return "rest" if first_row == 0 and abs(float(y[0])) <= near else "in_motion"
+    head = y[:LONG]
+    if first_row or not np.isfinite(head[0]):
+        return "in_motion"
+    ends = [(np.nanmin(y[a:b]), np.nanmax(y[a:b])) for a, b in blocks(0, y.size) if np.isfinite(y[a:b]).any()]
+    span = max(high for _, high in ends) - min(low for low, _ in ends)
+    bends = np.abs(np.diff(head[np.isfinite(head)], 2))
+    noise_v = float(np.median(bends)) / MEDIAN_OF_SECOND_DIFFERENCES if bends.size else 0.0
+    return "rest" if abs(float(head[0])) <= max(REST_SPAN * float(span), REST_NOISE * noise_v) else "in_motion"
 
 
-def _time_base(table: Table, time: str | None, rate_hz: float | None, first: int, stop: int | None) -> TimeBase:
-    """Return the clock of the rows [first, stop)."""
-    if time is None:
-        assert rate_hz is not None
-        return TimeBase(first / rate_hz, rate_hz)
-    base = uniform(table.column(time, first, stop), lambda row: table.place(first + row))
-    if rate_hz is None:
-        return base
-    if abs(base.rate_hz / rate_hz - 1.0) > RATE_AGREES:
-        raise FileError("time column and rate disagree", where=table.where, value=f"{base.rate_hz:g} Hz in the file",
+def _time_base(table: Table, asked: Asked, signals: dict[str, Samples]) -> tuple[TimeBase, Gaps]:
+    """Return the clock of the rows that were read, and its gaps."""
+    first, rate_hz = asked.first_row, asked.rate_hz
+    if asked.time is not None:
+        base, gaps = clock(signals["time"], lambda row: table.place(first + row), gaps=asked.gaps_lost)
+        _check_rate(table, "time column", base.rate_hz, rate_hz)
+        return TimeBase(base.start_s, rate_hz or base.rate_hz), gaps
+    told = table.clock
+    if told is not None:
+        _check_rate(table, "file", told.rate_hz, rate_hz)
+    rate_hz = rate_hz or (told.rate_hz if told else 1.0)
+    return TimeBase((told.start_s if told else 0.0) + first / rate_hz, rate_hz), NO_GAPS
+
+
+def _check_rate(table: Table, what: str, found_hz: float, rate_hz: float | None) -> None:
+    """Raise FileError when the rate given and that of the file are two."""
+    if rate_hz is not None and abs(found_hz / rate_hz - 1.0) > RATE_AGREES:
+        raise FileError(f"{what} and rate disagree", where=table.where, value=f"{found_hz:g} Hz in the file",
                         allowed=f"{rate_hz:g} Hz", do="leave one of them out")
-    return TimeBase(base.start_s, rate_hz)
 
 
-def _origin(path: Path, settings: dict[str, str]) -> Origin:
-    digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    equipment = Equipment(address=str(path), model="imported", settings=settings | {"source_sha256": digest})
+def _origin(path: Path, asked: Asked, table: Table, rows: int) -> Origin:
+    """Return where the recording comes from: the file with its checksum, and how it was understood."""
+    with path.open("rb") as file:
+        digest = hashlib.file_digest(file, "sha256").hexdigest()
+    wanted = asked.columns()
+    columns = {"input": "u", "output": "y", "time": "time", "measured_input": "u_measured"}
+    named = {key: wanted[name].column if name in wanted else "" for key, name in columns.items()}
+    converted = [table.conversion(one.column, one.unit) for one in wanted.values()]
+    understood = "; ".join(filter(None, [*table.remarks, *converted]))
+    settings = named | {"rows": f"{asked.first_row}:{asked.first_row + rows}", "source_sha256": digest}
+    equipment = Equipment(address=str(path), model="imported", settings=settings | {"understood": understood})
     return Origin(equipment, software(), git_commit(), started=now(), finished=now())
 
 

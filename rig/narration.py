@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from identify.explain.explanation import Explanation, Finding
     from identify.identification import Identification, Unidentifiable
     from identify.planning.information import Information, StepInformation
+    from identify.trace import Samples
     from rig.calibrating import Calibrated
     from rig.design import Designed
     from rig.foresight import Foresight
@@ -118,8 +119,29 @@ def imported(recording: "Recording", path: str) -> Iterator[str]:
     first = "at rest" if recording.initial == "rest" else "in motion"
     length = _time(recording.u.size / recording.rate_hz)
     yield f"{path}: {recording.u.size} samples at {show(recording.rate_hz, 'Hz')}, {length}"
-    yield f"  u {recording.u[:].min():.6g} to {recording.u[:].max():.6g} V, {recording.intersample} between samples"
-    yield f"  y {recording.y[:].min():.6g} to {recording.y[:].max():.6g} V, {first} at the first sample"
+    yield f"  u {_span(recording.u)}, {recording.intersample} between samples"
+    yield f"  y {_span(recording.y)}, {first} at the first sample"
+    understood = recording.origin.equipment.settings.get("understood", "")
+    yield from (f"  understood  {remark}" for remark in understood.split("; ") if remark)
+    yield from (f"  {event.kind}  {event.text}" for event in recording.events if event.kind == "lost")
+
+
+def exported(recording: "Recording", path: object) -> Iterator[str]:
+    """Tell what a recording was written to, and how it is had back."""
+    whole = "" if recording.complete else ", an incomplete run"
+    yield f"{path}: {recording.u.size} samples at {show(recording.rate_hz, 'Hz')} with all that was recorded{whole}"
+    yield f"  back with `rig import {path} --out RUN.h5`, bit for bit"
+
+
+def _span(signal: "Samples") -> str:
+    """Return the least and the largest of a long signal, V, where it is known."""
+    import numpy as np
+
+    from identify.trace import blocks
+
+    ends = [(np.fmin.reduce(held), np.fmax.reduce(held)) for held in (signal[a:b] for a, b in blocks(0, signal.size))]
+    low, high = np.fmin.reduce([low for low, _ in ends]), np.fmax.reduce([high for _, high in ends])
+    return f"{low:.6g} to {high:.6g} V"
 
 
 def devices(found: "tuple[Attached, ...]") -> Iterator[str]:

@@ -13,9 +13,9 @@ from pydantic import AfterValidator, BeforeValidator, Field, Tag, model_validato
 from rig import stimuli
 from rig.errors import FileError, MisfitError
 from rig.forms import BY_SHAPE, Form, Gain, Hertz, PositiveSeconds, Radians, Seconds, Volts, VoltsPerSecond
+from rig.readers import open_table
 from rig.references import file_meant, stays_inside
 from rig.stimulus import Drawn, Setting, Stimulus
-from rig.tables import open_table
 from rig.units import quantity
 
 Fraction = Annotated[float, BeforeValidator(lambda value: quantity(value, "")), Field(gt=0, lt=0.5)]
@@ -212,7 +212,7 @@ class MinorLoopsForm(Stimulus):
 
 
 class FileForm(Form):
-    """Two columns of a text table, by name or number: time in s, level in V."""
+    """Two columns of a table, by name or number: times in s and levels in V, or in the units of their headings."""
 
     path: Annotated[str, AfterValidator(stays_inside)]
     time: str | int = 1
@@ -227,7 +227,7 @@ class FileForm(Form):
         if found is None:
             raise FileError("no such file", where=str(folder / self.path))
         table = open_table(found)
-        return table.column(str(self.time)), table.column(str(self.level))
+        return table.column(str(self.time), "s"), table.column(str(self.level), "V")
 
 
 class TableForm(Stimulus):

@@ -7,13 +7,19 @@ quotients of units pass the grammar, so no text reaches pint's expression parser
 import math
 import re
 from functools import cache
-from typing import Any
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from rig.errors import MisfitError, nearest
+
+Number = TypeVar("Number", float, NDArray[np.float64])
 
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _ATOM = r"(?:[A-Za-zµμΩ°%]+(?:\^-?\d)?)"
 _QUANTITY = re.compile(rf"\s*(?P<number>{NUMBER})\s*(?P<unit>(?:(?:1/)?{_ATOM}(?:[*/·]{_ATOM})*)?)\s*")
+_UNIT = re.compile(rf"(?:1/)?{_ATOM}(?:[*/·]{_ATOM})*")
 _MULTIPLE = re.compile(r"\s*(?P<count>\d+)\s*[x\u00d7]\s*(?P<quantity>.+)")
 _COMMON = (
     "V", "mV", "µV", "kV", "Hz", "mHz", "kHz", "MHz", "s", "ms", "µs", "us", "ns", "min", "h", "V/s", "V/ms", "V/µs",
@@ -38,7 +44,7 @@ def quantity(value: object, unit: str) -> float:
     if found is None:
         raise MisfitError(f"not {_kind(unit)} with a unit", value=repr(value), do=f"write as '{_example(unit)}'")
     number = float(found["number"])
-    return _finite(_scaled(number, factor(found["unit"], unit)) if found["unit"] else _bare(number, unit), value)
+    return _finite(scaled(number, factor(found["unit"], unit)) if found["unit"] else _bare(number, unit), value)
 
 
 def multiple(value: object, unit: str) -> float:
@@ -58,8 +64,19 @@ def exact(value: float, unit: str) -> str:
 
 
 @cache
+def is_unit(text: str) -> bool:
+    """Return whether ``text`` is a unit by itself, such as ``mV``."""
+    try:
+        return bool(_UNIT.fullmatch(text)) and _pint(text) is not None
+    except MisfitError:
+        return False
+
+
+@cache
 def factor(source: str, target: str) -> float:
     """Return how many ``target`` one ``source`` is; raise MisfitError for an unknown unit or another dimension."""
+    if not _UNIT.fullmatch(source):
+        raise MisfitError(f"unknown unit {source!r}", do="units look like V, ms, kHz")
     one, two = _scale(source, target), _scale(source, target, 2.0)
     if not math.isclose(two, 2.0 * one, rel_tol=1e-12):
         raise MisfitError("a logarithmic or offset unit", value=source, do=f"write as '{_example(target)}'")
@@ -111,7 +128,7 @@ def _bare(number: float, unit: str) -> float:
     raise MisfitError("a number without a unit", value=f"{number:g}", allowed=_kind(unit), do=do)
 
 
-def _scaled(number: float, by: float) -> float:
+def scaled(number: Number, by: float) -> Number:
     """Return number * by; a submultiple divides, so that 100 us is the float 1e-4 and not its neighbour."""
     parts = round(1.0 / by) if 0 < by < 1 else 0
     return number / parts if parts and math.isclose(parts * by, 1.0, rel_tol=1e-12) else number * by

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rig.recording import read
-from tests.flow.console import rig
+from tests.flow.console import refused, rig
 
 
 @pytest.fixture
@@ -68,3 +68,26 @@ def test_an_imported_linear_circuit_is_identified_with_its_rig(tmp_path: Path) -
     # a lag whose step response falls by 0.9 a sample of 1 ms
     assert found["G1"]["rational"]["den"][0] == pytest.approx(-1e-3 / np.log(0.9), rel=0.01)
     assert float(found["model"]["F"]["linear"]["gain"]) == pytest.approx(0.93, rel=0.005)
+
+
+def test_a_recording_goes_out_and_comes_back(tmp_path: Path, recording: Path) -> None:
+    out = tmp_path / "out.csv"
+    ended = rig("export", recording, "--to", "csv", "--out", out, cwd=tmp_path)
+    assert ended.code == 0, ended
+    assert f"back with `rig import {out} --out RUN.h5`" in ended.out
+    assert rig("import", out, "--out", "back.h5", cwd=tmp_path).code == 0
+    assert (tmp_path / "back.h5").read_bytes() == recording.read_bytes()
+
+
+def test_what_was_understood_and_what_is_lost_is_said(tmp_path: Path) -> None:
+    rows = "".join(f"{k};{k % 5};{1000 * np.sin(k / 9):.3f}\n".replace(".", ",") for k in range(300) if k != 90)
+    (tmp_path / "scope.csv").write_text(f"Time (ms);u;y [mV]\n{rows}")
+    columns = ("--time", "Time", "--input", "u", "--output", "y", "--out", "a.h5")
+    refused(rig("import", "scope.csv", *columns, cwd=tmp_path), 2, "scope.csv:92: the time base is broken: 0.091 s",
+            "in all 1 x gap", "--gaps lost")  # fmt: skip
+    ended = rig("import", "scope.csv", *columns, "--gaps", "lost", cwd=tmp_path)
+    assert ended.code == 0, ended
+    assert "300 samples at 1000 Hz" in ended.out
+    assert "understood  decimal commas, first in line 2" in ended.out
+    assert "understood  y in mV, of which one is 0.001 V" in ended.out
+    assert "lost  the table lacks 1 samples in 1 gaps of the times, where u is taken as held" in ended.out

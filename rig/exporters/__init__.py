@@ -1,0 +1,35 @@
+"""How does a recording become a file of another program, whole or not at all?"""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from rig.errors import FileError
+from rig.exporters import as_mat, as_npz, as_text
+from rig.recorded import Recording
+from rig.recording import read
+
+KINDS: dict[str, Callable[[Path, Recording], None]] = {"csv": as_text.put, "mat": as_mat.put, "npz": as_npz.put}
+"""What writes a recording to a path, by stretches, by the kind of file."""
+
+
+def export(run: str | Path, kind: str, path: Path, overwrite: bool = False) -> Recording:
+    """Write the recording at ``run`` to ``path`` as ``kind``; return it.
+
+    Raises FileError when the recording is damaged, when there is a file already that is not to be replaced, and when it
+    cannot be written; what was there before is then still there.
+    """
+    recording = read(run)
+    if path.exists() and (not overwrite or path.samefile(run)):
+        raise FileError("there is a file of this name already", where=str(path), do="choose another name or remove it")
+    part = path.with_name(f"{path.name}.part")
+    try:
+        KINDS[kind](part, recording)
+        with part.open("rb") as file:
+            os.fsync(file.fileno())
+        part.replace(path)
+    except OSError as error:
+        raise FileError("cannot be written", where=str(path), value=error.strerror or str(error)) from error
+    finally:
+        part.unlink(missing_ok=True)
+    return recording
