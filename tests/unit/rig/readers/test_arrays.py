@@ -26,7 +26,7 @@ BOTH = np.stack([U, Y], axis=1)
 
 def npz(path: Path) -> None:
     np.savez(path, u=U, y=Y, row=U[None, :], both=BOTH, fortran=np.asfortranarray(BOTH), wide=BOTH.T,
-             small=Y.astype(">f4"), whole=np.arange(SIZE, dtype=np.int16), records=np.rec.fromarrays([U, Y], names="a,b"),
+             small=Y.astype(">f4"), whole=np.arange(SIZE, dtype="i2"), records=np.rec.fromarrays([U, Y], names="a,b"),
              one=1.0)
 
 
