@@ -24,7 +24,6 @@ from identify.taps import Tapped
 from identify.trace import Array
 
 Matrix = NDArray[np.float64]
-AT_BOUND = 1e-6
 FARTHEST = 0.5  # of a search coordinate, that a plain parameter is moved to first order
 SUBSTEPS = 1  # candidates are compared on the samples' own grid: the comparison needs no finer one
 
@@ -110,9 +109,7 @@ class Evidence:
         A coordinate the fit has pushed to its bound cannot mimic anything more: its row is zero.
         """
         fit = self.fitted
-        free = [
-            i for i, c in enumerate(fit.coordinates) if abs(float(fit.theta[i])) <= (1.0 - AT_BOUND) * c.bound
-        ]
+        free = [i for i, c in enumerate(fit.coordinates) if not c.at_bound(float(fit.theta[i]))]
         scales = {fit.coordinates[i].name: fit.coordinates[i].slope(float(fit.theta[i])) for i in free}
         coarse = [replace(o, substeps=SUBSTEPS) for o in self.observations]
         rows = np.zeros((len(fit.coordinates), self.residual.size))
@@ -203,9 +200,9 @@ class Evidence:
             return chain
         pull = fit.theta * np.array([c.prior_sd for c in fit.coordinates]) ** -2.0
         step = cho_solve(self._normal, self.slopes @ (self.residual - change) - pull)
-        bound = np.array([c.bound for c in fit.coordinates])
-        there = np.clip(fit.theta + np.clip(step, -FARTHEST, FARTHEST), -bound, bound)
-        return chain.with_values({c.name: c.value(float(t)) for c, t in zip(fit.coordinates, there, strict=True)})
+        there = fit.theta + np.clip(step, -FARTHEST, FARTHEST)
+        pairs = zip(fit.coordinates, there, strict=True)
+        return chain.with_values({c.name: c.value(c.bounded(float(t))) for c, t in pairs})
 
     @cached_property
     def _left_over(self) -> Array:

@@ -7,7 +7,7 @@ equations that are summed chunk by chunk (identify.derivatives.sensitivities).
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import exp, isfinite, log
+from math import exp, inf, isfinite, log
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from identify.quadratic import boxed_step, inverse
 from identify.stage import Parameter, is_fixed
 from identify.trace import Array
 
+AT_BOUND = 1e-6  # half widths of what is allowed within which a value sits on its bound
 WIDE = 3.0  # sd of the prior on a free log coordinate: a factor of 20
 WIDE_LINEAR = 10.0  # sd of the prior on a linear coordinate, in units of its scale
 PULL_STEP = 1e-4  # of the differences of a pull's law, in search coordinates
@@ -64,9 +65,23 @@ class Coordinate:
         return WIDE if self.parameter.within is None else 1.0
 
     @property
-    def bound(self) -> float:
-        """Return how far theta may go from its centre."""
-        return float("inf") if self.parameter.within is None else log(self.parameter.within)
+    def bounds(self) -> tuple[float, float]:
+        """Return the least and the largest theta."""
+        if self.parameter.within is not None:
+            return -log(self.parameter.within), log(self.parameter.within)
+        if self.parameter.coordinate == "log":
+            return -inf, inf
+        return self.theta(self.parameter.least), self.theta(self.parameter.most)
+
+    def bounded(self, theta: float) -> float:
+        """Return the theta nearest to ``theta`` that is allowed."""
+        return min(max(theta, self.bounds[0]), self.bounds[1])
+
+    def at_bound(self, theta: float, near: float = AT_BOUND) -> bool:
+        """Return whether ``theta`` sits on a bound, within ``near`` half widths of what is allowed."""
+        low, high = self.bounds
+        half = 0.5 * (high - low) if isfinite(high - low) else 1.0
+        return min(theta - low, high - theta) <= near * half
 
 
 @dataclass(frozen=True)
@@ -184,9 +199,10 @@ class _Problem:
         return np.array([c.prior_sd for c in self.coordinates])
 
     @cached_property
-    def bound(self) -> Array:
-        """Return the bound of every coordinate."""
-        return np.array([c.bound for c in self.coordinates])
+    def bounds(self) -> tuple[Array, Array]:
+        """Return the least and the largest value of every coordinate."""
+        low, high = np.array([c.bounds for c in self.coordinates]).reshape(-1, 2).T
+        return low, high
 
     def moved(self, theta: Array, step: Array) -> Array:
         """Return search coordinates a step further: values themselves move straight, also those searched in their log.
@@ -194,7 +210,7 @@ class _Problem:
         A small time constant acts in proportion to itself, and several in proportion to their sum.
         """
         straight = np.log1p(np.maximum(step, HALVED))
-        return np.asarray(np.clip(theta + np.where(self.in_log, straight, step), -self.bound, self.bound))
+        return np.asarray(np.clip(theta + np.where(self.in_log, straight, step), *self.bounds))
 
     @cached_property
     def in_log(self) -> NDArray[np.bool_]:
@@ -205,7 +221,8 @@ class _Problem:
         self, matrix: NDArray[np.float64], right: Array, theta: Array, radius: float
     ) -> tuple[Array, float]:
         """Return the best step within bounds and a box of half width ``radius``, and the gain in cost it promises."""
-        low, high = np.maximum(-self.bound - theta, -radius), np.minimum(self.bound - theta, radius)
+        least, most = self.bounds
+        low, high = np.maximum(least - theta, -radius), np.minimum(most - theta, radius)
         step = boxed_step(matrix, right, low, high)
         return step, float(step @ (2.0 * right - matrix @ step))
 

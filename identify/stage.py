@@ -8,6 +8,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from math import inf
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -43,7 +44,8 @@ class Parameter:
     """One number of a stage: its full name, its SI unit, and the coordinate in which it is searched.
 
     ``log`` parameters stay positive; ``scale`` is the natural size of a linear one, in its unit.
-    ``within`` bounds a log parameter to a factor around its start (None: no bound).
+    ``within`` bounds a log parameter to a factor around its start (None: no bound), ``least`` and ``most`` a linear one
+    to what its physics allows.
     ``local`` parameters take a value of their own in every run (the phase of the mains, say).
     ``label`` is what reports call it when the name would not say enough.
     """
@@ -55,6 +57,8 @@ class Parameter:
     within: float | None = None
     local: bool = False
     label: str = ""
+    least: float = -inf
+    most: float = inf
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 N_VT = Parameter("diode_clamp.n_vt", "V", "log", label="n V_T")
 KNEE = Parameter("diode_clamp.knee", "V", "log")
-SLOPE = Parameter("diode_clamp.slope", "V/V", scale=0.1)
+SLOPE = Parameter("diode_clamp.slope", "V/V", scale=0.1, least=0.0, most=0.97)
 SAME = "only larger levels, where the shapes part: a law right behind F and borders bent alike are the same data"
 KNEES = np.geomspace(0.02, 3.0, 36)  # of the range of w on the side of the diode: only its first current may be seen
 SOFTNESS = np.geomspace(0.003, 0.5, 14)  # n V_T over the knee: 26 mV in 0.6 V, or a diode hardly more than bent

@@ -16,7 +16,7 @@ KNEE = Parameter("soft_saturation.knee", "V", "log")
 KNEES = np.geomspace(0.1, 3.0, 20)  # of the range of w: where a diode conducts
 WIDTHS = (0.01, 0.03, 0.1, 0.3)  # of the range of w: of its knee
 SLOPES = (0.0, 0.3, 0.6, 0.85)  # that it leaves
-SLOPE = Parameter("soft_saturation.slope", "V/V", scale=0.1)
+SLOPE = Parameter("soft_saturation.slope", "V/V", scale=0.1, least=0.0, most=0.97)
 
 
 @final

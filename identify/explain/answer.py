@@ -22,7 +22,8 @@ from identify.explain.explanation import (
     Verdict,
 )
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.locate import Located
+from identify.explain.locate import LIKELY, Located
+from identify.explain.neighbours import spanning
 from identify.explain.prove import Proof, proven
 from identify.explain.readings import Readings, location
 from identify.explain.readings import finding as of_readings
@@ -57,6 +58,7 @@ class Answer:
         self.model, self.data, self.bench, self.rounds, self.dropped = model, data, bench, rounds, dropped
         self.survey = survey
         self.plain, self.better, self.beyond = plain, earned.hypothesis, earned.beyond
+        self.elsewhere = earned.elsewhere
         self.noise_v = data.noise.rms_v
         self.inflation = inflation(self.better.fit.chain, bench.observations, data.noise.freedom)
         self.readings = readings
@@ -95,7 +97,7 @@ class Answer:
         after = pooled_rms([o.used_residual(chain) for o in train])
         return Explanation(
             verdict=self.verdict, sentence=self.sentence(findings), noise=self.data.noise, mismatch_v=before,
-            p_value=self.p_value, location=self.location(),
+            p_value=self.p_value, location=self.location(findings),
             effects=(*findings, *([self.unnamed(self.proof)] if self.proof else [])),
             training=Residuals(before, after),
             held_out=HeldOut(
@@ -136,28 +138,32 @@ class Answer:
         found = {}
         for p in effect.parameters():
             if not p.local:
-                value = float(self.better.fit.chain.values[p.name])
-                found[short(p.name)] = (Interval(value, *self.better.fit.ci95(p.name, self.inflation)), p.unit)
+                interval = spanning(p.name, self.inflation, self.better.fit, self.elsewhere)
+                found[short(p.name)] = (interval, p.unit)
         return found
 
-    def location(self) -> Location | None:
+    def location(self, findings: Sequence[Finding]) -> Location | None:
         """Return the stage at which the mismatch enters and the stretch of its coordinate that holds it."""
         if self.better.effects:
-            return self._location_of_effects()
+            return self._location_of_effects(findings[0])
         if self.readings.found and self.proof is None:
             return location(self.readings.found, self.data)
         return self._location_of_correction() if self.beyond.significant else None
 
-    def _location_of_effects(self) -> Location:
+    def _location_of_effects(self, first: Finding) -> Location:
+        """Return where the effects act, and the stage at which the names for the first one together are likeliest."""
         train, chain = self.bench.observations, self.better.fit.chain
         ranges = {e: acting(e.axis, e.shows_at, chain, self.without(e), train) for e in self.better.effects}
-        stage = self.better.effects[0].place.label
+        likely = _stages(first)
+        stage = next(iter(likely))
+        others = tuple(place for place, p in likely.items() if p > LIKELY and place != stage)
+        also = f"; what else it could be lies at {listed(others)}" if others else ""
         lines = [
             f"{e.place.label}, where {e.title} acts at {found[0].axis} {listed([_stretch(r) for r in found])}"
             for e, found in ranges.items()
         ]
         every = tuple(r for found in ranges.values() for r in found)
-        return Location(stage, every, f"The mismatch enters at {'; and at '.join(lines)}.")
+        return Location(stage, every, f"The mismatch enters at {'; and at '.join(lines)}{also}.", others)
 
     def _location_of_correction(self) -> Location:
         correction, fitted = self.beyond.fitted[0]
@@ -262,6 +268,14 @@ class Answer:
         test, without = self.data.test, self.bench.without(self.better, effect)
         better, worse = adapted(self.better.fit.chain, test), adapted(without.fit.chain, test)
         return would_tell(better, worse, test) <= CONVINCING
+
+
+def _stages(finding: Finding) -> dict[str, float]:
+    """Return the probability of every stage at which a finding may be, all its names together, the likeliest first."""
+    total = {finding.stage: finding.probability}
+    for other in finding.could_also_be:
+        total[other.stage] = total.get(other.stage, 0.0) + other.probability
+    return dict(sorted(total.items(), key=lambda item: -item[1]))
 
 
 def _stretch(part: Range) -> str:

@@ -14,6 +14,7 @@ from identify.chain import Chain
 from identify.evidence import Evidence
 from identify.observe import Observation
 from identify.stage import Place
+from identify.trace import Array
 from identify.unnamed.correction import UNNAMED, Correction
 from identify.unnamed.linear import Bypass, Filter, Line, SlowFilter
 from identify.unnamed.maps import ClockMap, GainMap, LevelMap, RateMap
@@ -87,29 +88,34 @@ def sharpened(evidence: Evidence, correction: Correction) -> list[Correction]:
 
 def _mixed(evidence: Evidence, name: str) -> Iterator[Correction]:
     """Yield what lets one thing change another."""
-    ripple = (ripple_hz(evidence),)
-    yield from (Ripple(place, ripple, name) for place in (Place.SOURCE, Place.SENSE))
+    yield from (Ripple(place, (ripple_hz(evidence, place),), name) for place in (Place.SOURCE, Place.SENSE))
     slowest = slowest_s(evidence)
     lags = tuple(np.geomspace(slowest, 100.0 * slowest, LAGS).tolist())
     yield from (Warming(place, lags, name) for place in (Place.G1, Place.SENSE))
     yield from (Swiftness(place, level_knots(evidence, place, LAGS + 1), name) for place in (Place.G1, Place.G2))
 
 
-def ripple_hz(evidence: Evidence) -> float:
-    """Return the frequency at which the residual of some run follows the readings most, Hz, zero excluded."""
-    peaks = [_ripple(o, evidence) for o in evidence.observations]
-    return max(peaks)[1]
+def ripple_hz(evidence: Evidence, place: Place) -> float:
+    """Return the frequency at which the residual follows the signal at a place in most runs, Hz, zero excluded.
+
+    What hangs on the stimulus makes lines, too, but in every run others: the runs are asked together.
+    """
+    spectra = [_followed(o, evidence, place) for o in evidence.observations]
+    lines = max((hz for hz, _ in spectra), key=len)
+    told = sum(np.interp(lines, hz, height) for hz, height in spectra)
+    return float(lines[np.argmax(told)])
 
 
-def _ripple(observation: Observation, evidence: Evidence) -> tuple[float, float]:
-    """Return how far the highest line of residual times reading stands out of the others, and its frequency in Hz."""
+def _followed(observation: Observation, evidence: Evidence, place: Place) -> tuple[Array, Array]:
+    """Return frequencies, Hz, and the log of how far the residual times the signal stands out of the median there."""
     residual = np.where(observation.use, observation.residual(evidence.chain), 0.0)
-    product = residual * (observation.trace.y[:] - np.mean(observation.trace.y[:]))
+    signal = (observation.trace.u if place == Place.SOURCE else observation.trace.y)[:]
+    product = residual * (signal - np.mean(signal))
     size = PADDED * product.size
     spectrum = np.abs(np.fft.rfft((product - np.mean(product)) * np.hanning(product.size), size))
     spectrum[: PADDED * PADDED] = 0.0
-    ratio = float(np.max(spectrum)) / (float(np.median(spectrum)) or 1.0)
-    return ratio, float(np.argmax(spectrum)) / (size * evidence.sample_s)
+    height = np.log1p(spectrum / (float(np.median(spectrum)) or 1.0))
+    return np.arange(spectrum.size) / (size * evidence.sample_s), height
 
 
 def level_knots(evidence: Evidence, place: Place, count: int) -> tuple[float, ...]:

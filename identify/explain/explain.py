@@ -15,6 +15,7 @@ from identify.explain.everywhere import everywhere
 from identify.explain.explanation import Explanation
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import located
+from identify.explain.neighbours import settled
 from identify.explain.readings import read, reread
 from identify.explain.select import Bench, selected
 from identify.explain.survey import surveyed
@@ -68,7 +69,8 @@ def _explained(
     note("confirming on held-out data", 0.9)
     data = replace(data, test=tuple(refined(o, earned.hypothesis.fit.chain) for o in data.test))
     kept, dropped = confirmed(bench, earned, data.test)
-    kept = replace(kept, hypothesis=bench.finely(kept.hypothesis))
+    best, elsewhere = settled(bench, kept.hypothesis)
+    kept = replace(kept, hypothesis=best, elsewhere=elsewhere)
     improved = adapted(kept.hypothesis.fit.chain, data.test)
     reading = reread(readings, improved, kept.hypothesis.effects, leave_out)
     own = {blemish for effect in kept.hypothesis.effects for blemish in effect.brings}

@@ -177,8 +177,7 @@ def _moved(evidence: Evidence, residual: Array) -> dict[str, float]:
     fit, slopes = evidence.fitted, evidence.slopes
     prior = np.diag([c.prior_sd**-2.0 for c in fit.coordinates])
     there = fit.theta + np.linalg.solve(slopes @ slopes.T + prior, slopes @ residual)
-    bounded = [float(np.clip(t, -c.bound, c.bound)) for t, c in zip(there, fit.coordinates, strict=True)]
-    return {c.name: c.value(t) for t, c in zip(bounded, fit.coordinates, strict=True)}
+    return {c.name: c.value(c.bounded(float(t))) for t, c in zip(there, fit.coordinates, strict=True)}
 
 
 def _columns(evidence: Evidence, correction: Correction) -> tuple[list[str], NDArray[np.float64]]:

@@ -8,6 +8,7 @@ from identify.explain.locate import Located, located
 from identify.explain.rivals import left_to_explain, unheard
 from identify.explain.round import Round
 from identify.explain.select import Bench
+from identify.fit import Fit
 from identify.stage import Place
 
 NEGLIGIBLE = 0.05  # share of what an effect explains that may remain without casting doubt on its name
@@ -17,10 +18,14 @@ STRONG = 10.0  # of Schwarz's criterion: very strong evidence (Kass and Raftery,
 
 @dataclass(frozen=True)
 class Warranted:
-    """The hypothesis whose names are earned, and what a free-form search finds on top of it."""
+    """The hypothesis whose names are earned, and what a free-form search finds on top of it.
+
+    ``elsewhere`` are fits of the same effects at other values that the data do not exclude.
+    """
 
     hypothesis: Hypothesis
     beyond: Located
+    elsewhere: tuple[Fit, ...] = ()
 
 
 def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[Round]) -> Warranted:

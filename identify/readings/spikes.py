@@ -121,7 +121,9 @@ def spikes(training: Sequence[Outliers], proof: Sequence[Outliers]) -> tuple[tup
     p_value = len(THRESHOLDS) * chance[threshold]
     if p_value > CONVINCING:
         return (), float("inf")
-    sizes = np.concatenate([np.abs(o.far[out]) for o, out in zip(training, found[threshold], strict=True)])
+    sd_v = float(np.median([o.sd_v for o in training]))
+    sizes = np.concatenate([np.abs(o.far[out]) * o.sd_v for o, out in zip(training, found[threshold], strict=True)])
+    sizes = _without_tail(sizes / sd_v, threshold)
     rate_in, size, size_sd = _fitted(sizes, threshold)
     if size < threshold - ALONE:
         return (), float("inf")
@@ -129,7 +131,6 @@ def spikes(training: Sequence[Outliers], proof: Sequence[Outliers]) -> tuple[tup
     expected = rate_in / count * _reached(size, threshold) * sum(int(np.count_nonzero(o.looked_at)) for o in proof)
     if poisson.cdf(seen, expected) < CONTRADICTED:
         return (), float("inf")
-    sd_v = float(np.median([o.sd_v for o in training]))
     span_s = sum(np.count_nonzero(o.looked_at) / o.trace.rate_hz for o in training)
     values = {
         "rate": _rate(sizes.size, rate_in / sizes.size / span_s),
@@ -137,6 +138,12 @@ def spikes(training: Sequence[Outliers], proof: Sequence[Outliers]) -> tuple[tup
     }
     where = f"{sizes.size} in the runs fitted, {seen} in those held out"
     return (Spikes(values, p_value, where),), threshold
+
+
+def _without_tail(sizes: Array, threshold: float) -> Array:
+    """Return sizes, in sd, without those that the tail of the noise adds to spikes which stand far above it."""
+    typical = float(np.median(sizes))
+    return sizes[sizes > 0.5 * typical] if typical > 2.0 * threshold else sizes
 
 
 def _chance(seen: int, expected: float) -> float:

@@ -80,7 +80,7 @@ class Judge:
 def on_bound(fitted: Fit) -> tuple[str, ...]:
     """Return the names of the values that sit on a bound."""
     pairs = zip(fitted.coordinates, fitted.theta, strict=True)
-    return tuple(c.name for c, theta in pairs if abs(float(theta)) > (1.0 - AT_BOUND) * c.bound)
+    return tuple(c.name for c, theta in pairs if c.at_bound(float(theta), AT_BOUND))
 
 
 def shortfall(fitted: Fit, observations: tuple[Observation, ...], freedom: float) -> tuple[str, ...]:

@@ -1,5 +1,7 @@
 """Does the fit find what an independent integrator was given, and does it know how sure it is?"""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,11 +12,11 @@ from scipy.stats import binom, chi2
 from identify import chain as chain_module
 from identify.chain import as_promised, local_name, plain_chain, simulate
 from identify.derivatives.sensitivities import sensitivities
-from identify.effects import chain_of
+from identify.effects import catalogue, chain_of
 from identify.fit import Coordinate, _Problem, chi_squared, coordinates_of, fit, is_fixed
 from identify.model import Backlash, LinearF, Model, Physics, Rational
 from identify.quadratic import boxed_step, inverse
-from identify.stage import Parameter
+from identify.stage import Parameter, Place
 from identify.starts.search import on_bound
 from identify.trace import Trace
 from tests.proof.cases import Concealed
@@ -336,3 +338,16 @@ def test_one_slope_for_both_borders_is_searched_as_one_and_its_derivative_is_tha
     moved = (simulate(chain.with_values({"F.S_L": 8.0 + s}), seen.trace) for s in (1e-4, -1e-4))
     by_hand = 2.0 * np.subtract(*moved) / 2e-4 / NOISE_V
     assert np.allclose(rows[1], by_hand, rtol=0, atol=1e-6 * np.abs(by_hand).max())
+
+
+def test_a_slope_that_no_circuit_has_is_not_fitted():
+    clamp = catalogue()["diode_clamp"](Place.F, "upper, resistor")
+    wide = recorded(RC, sine("sine", 31.25, 8.0, 8, 1))
+    more = replace(wide, y=wide.y + 0.05 * np.maximum(wide.y - 5.0, 0.0))  # a gain that grows with the level
+    chain = clamp.put_in(plain_chain(model_of(RC)), {"knee": 5.0, "n_vt": 0.1, "slope": 0.9})
+    found = fit(chain, [observed(more, 1e-3)], fixed=("G1", "F", "G2"))
+    assert 0.9 < found.chain.values["diode_clamp.slope"] <= 0.97
+    slope = next(c for c in found.coordinates if c.name == "diode_clamp.slope")
+    assert [slope.value(end) for end in slope.bounds] == pytest.approx([0.0, 0.97])
+    assert slope.at_bound(slope.theta(0.97))
+    assert not slope.at_bound(slope.theta(0.5))

@@ -7,6 +7,7 @@ import pytest
 
 from identify.effects import chain_of
 from identify.evidence import Evidence
+from identify.explain.corrections import ripple_hz
 from identify.explain.locate import Located, located
 from identify.explain.prove import proven
 from identify.explain.select import Bench
@@ -82,3 +83,11 @@ def test_a_shape_has_no_straight_part() -> None:
     assert drawn is not None
     assert drawn.at[0] > -18.5
     assert abs(np.polyfit(drawn.at, drawn.curves[0], 1)[0]) < 0.05 * np.ptp(drawn.curves[0])
+
+
+def test_a_ripple_of_the_source_is_found_at_its_frequency_among_the_lines_of_the_stimulus() -> None:
+    rippled = Concealed("reference_ripple", {"share": 0.03, "frequency": 93.9})
+    there = bench(rippled, Concealed("adc_nonlinearity", {"k2": 1e-4, "k3": 0.0}))
+    evidence = Evidence(there.fitted(there.plain, ()).fit, there.observations)
+    assert ripple_hz(evidence, Place.SOURCE) == pytest.approx(93.9, abs=0.9)  # half of what 0.56 s resolve
+    assert found(bench(rippled)).best.place == Place.SOURCE

@@ -69,6 +69,20 @@ def test_spikes_are_counted_measured_and_left_out():
     assert np.abs(noise_of(spiked)[left_out]).min() > 0.04
 
 
+def test_the_tail_of_the_noise_does_not_make_large_spikes_smaller():
+    def far(size, tail, sd_v):
+        y = np.concatenate([np.full(40, size / sd_v), np.full(6, tail)])
+        return replace(outliers(recording(), np.zeros(recording().size)), far=_apart(y), sd_v=sd_v)
+
+    def _apart(sizes):
+        out = np.zeros(recording().size)
+        out[7 * np.arange(sizes.size) + 3] = sizes
+        return out
+
+    (found,), _ = spikes([far(0.4, 4.6, 0.02), far(0.4, 4.6, 0.03)], [])
+    assert found.values["size"].value == pytest.approx(0.4, rel=1e-3)
+
+
 def test_one_spike_far_out_is_enough():
     once = recording()
     y = once.y.copy()
