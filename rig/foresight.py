@@ -62,8 +62,8 @@ def expected_noise(model: "Model", can: Capabilities) -> tuple[float, str]:
 def foreseen_plan(plan: Plan, model: "Model", noise_v: float, origin: str = "") -> Foresight:
     """Return what ``plan`` would tell of ``model`` with readings of a known noise."""
     from identify.bent.bend import straight_values
+    from identify.coordinate import coordinates_of
     from identify.effects import chain_of
-    from identify.fit import coordinates_of
     from identify.harmonic.sines import tones_of, untold_by_sines
     from identify.observe import Observation
     from identify.planning.advice import advice, bench_of

@@ -11,9 +11,10 @@ import numpy as np
 from scipy.linalg import LinAlgError
 
 from identify.chain import Chain
+from identify.coordinate import Coordinate, coordinates_of
 from identify.derivatives.sensitivities import DIFFERENCE
 from identify.evidence import Candidate, Evidence, Matrix
-from identify.fit import HALVED, Coordinate, coordinates_of
+from identify.fit import HALVED
 from identify.quadratic import boxed_step
 from identify.taps import Tapped
 from identify.trace import Array

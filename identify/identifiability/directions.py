@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from identify.chain import grid_of
+from identify.coordinate import Coordinate
 from identify.derivatives.sensitivities import DIFFERENCE, sensitivities
-from identify.fit import Coordinate, Fit
+from identify.fit import Fit
 from identify.identifiability.probes import DELAYS, GAINS, OFFSETS, probes, with_probes
 from identify.observe import Observation
 from identify.stage import is_fixed

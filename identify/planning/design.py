@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.chain import Chain, plain_chain, signals
+from identify.coordinate import Coordinate, coordinates_of
 from identify.effects import chain_of
-from identify.fit import Coordinate, coordinates_of
 from identify.holdout import settling_s
 from identify.model import Backlash, LinearF, Model, Rational
 from identify.observe import Observation

@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.chain import simulate
+from identify.coordinate import Coordinate, coordinates_of
 from identify.derivatives.sensitivities import sensitivities
-from identify.fit import Coordinate, Fit, coordinates_of
+from identify.fit import Fit
 from identify.observe import FINEST, Observation
 from identify.quadratic import inverse
 from identify.trace import Array, Trace

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.chain import Chain
+from identify.coordinate import Coordinate
 from identify.derivatives.sensitivities import sensitivities
-from identify.fit import Coordinate
 from identify.interval import number
 from identify.observe import Observation
 from identify.planning.excitation import named_steps

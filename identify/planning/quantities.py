@@ -12,9 +12,9 @@ import numpy as np
 
 from identify.blocks import Gain, LinearBlock, Play
 from identify.chain import Chain
+from identify.coordinate import Coordinate
 from identify.delay import delay_s
 from identify.derivatives.sensitivities import DIFFERENCE
-from identify.fit import Coordinate
 from identify.trace import Array
 
 

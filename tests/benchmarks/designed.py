@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from identify.chain import plain_chain
-from identify.fit import coordinates_of
+from identify.coordinate import coordinates_of
 from identify.joint import identify
 from identify.model import Backlash, Model
 from identify.observe import Observation

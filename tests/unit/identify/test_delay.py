@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from identify.coordinate import coordinates_of
 from identify.delay import delay_s, total_delay
 from identify.effects import chain_of
-from identify.fit import Fit, coordinates_of
+from identify.fit import Fit
 from identify.joint import identify
 from identify.model import Model, Physics
 from tests.proof.cases import Concealed

@@ -11,12 +11,13 @@ from scipy.stats import binom, chi2
 
 from identify import chain as chain_module
 from identify.chain import as_promised, local_name, plain_chain, simulate
+from identify.coordinate import Coordinate, coordinates_of
 from identify.derivatives.sensitivities import sensitivities
 from identify.effects import catalogue, chain_of
-from identify.fit import Coordinate, _Problem, chi_squared, coordinates_of, fit, is_fixed
+from identify.fit import _Problem, chi_squared, fit
 from identify.model import Backlash, LinearF, Model, Physics, Rational
 from identify.quadratic import boxed_step, inverse
-from identify.stage import Parameter, Place
+from identify.stage import Parameter, Place, is_fixed
 from identify.starts.search import on_bound
 from identify.trace import Trace
 from tests.proof.cases import Concealed

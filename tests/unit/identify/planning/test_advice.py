@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from identify.chain import plain_chain
+from identify.coordinate import coordinates_of
 from identify.effects import chain_of
-from identify.fit import coordinates_of
 from identify.identification import Branch, StairPoint
 from identify.interval import Interval
 from identify.model import Backlash, LinearF, Model, Physics, Rational

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identify.chain import plain_chain
-from identify.fit import coordinates_of
+from identify.coordinate import coordinates_of
 from identify.model import Backlash, LinearF, Model, Rational
 from identify.observe import Observation
 from identify.planning.information import Information, information

@@ -7,7 +7,8 @@ import pytest
 
 from identify.blocks import LinearBlock
 from identify.chain import plain_chain
-from identify.fit import Fit, coordinates_of
+from identify.coordinate import coordinates_of
+from identify.fit import Fit
 from identify.model import Backlash, Model, Rational
 from identify.uncertainty.certainty import certainty
 from identify.uncertainty.normalised import peak_interval, scale_of, scaled_borders
