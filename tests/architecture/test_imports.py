@@ -30,7 +30,7 @@ SEES_BOTH = {  # who may import more of identify than its plain data, and what
     "rig.protocolfile": {"identify.planning.candidates"},
     "rig.foresight": {
         "identify.planning.advice", "identify.planning.information", "identify.bent.bend", "identify.effects",
-        "identify.fit", "identify.observe", "identify.harmonic.sines", "identify.starts.start",
+        "identify.coordinate", "identify.observe", "identify.harmonic.sines", "identify.starts.start",
     },
     "rig.rigfile": {"identify.effects", "identify.bent.border", "identify.unnamed.stored"},
     "rig.linearblock": {"identify.discretise"},
