@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from rig import conversion_commands, device_commands
+from rig import conversion_commands, device_commands, recording_commands
 from rig.typed import (
     calibration_option,
     check_destinations,
@@ -28,7 +28,7 @@ from rig.typed import (
     say,
 )
 
-__all__ = ["commands", "conversion_commands", "device_commands"]
+__all__ = ["commands", "conversion_commands", "device_commands", "recording_commands"]
 
 
 @command(
@@ -153,7 +153,8 @@ def identify(
     loaded = workflow.load(runs, rig, (), calibration)
     with terminal.bar("identifying", quiet) as progress:
         found = workflow.identify_runs(loaded, progress, borders, knots)
-    deliver(found, json_to, report, lambda: workflow.identification_html(found), narration.identified(found))
+    deliver(found, json_to, report, lambda: workflow.identification_html(found),
+            [*narration.incomplete(loaded), *narration.identified(found)], loaded.beside())
 
 
 @command("explain", "rig explain run.h5 --report run.html", "rig explain a.h5 b.h5 --hold-out c.h5 --json answer.json",
@@ -185,7 +186,8 @@ def explain(
         done = followup.explain(asked, workflow.part(progress, 0.0, 0.8 if report else 1.0))
         found = workflow.identify_improved(done.runs, done.told, workflow.part(progress, 0.8, 1.0)) if report else None
     deliver(done.told, json_to, report, lambda: workflow.explanation_html(done.told, found),
-             [*narration.explained(done.told), *followup.words(done)], done.to_dict())
+             [*narration.incomplete(done.runs), *narration.explained(done.told), *followup.words(done)],
+            {**done.runs.beside(), **done.to_dict()})
 
 
 @command("simulate", "rig simulate run.h5 --rig answer.json --out answer.csv", "rig simulate run.h5 --rig my_rig.yaml")

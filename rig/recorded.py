@@ -78,7 +78,8 @@ class Recording:
 
     ``further`` are the other inputs by name. All inputs are read at start_s + k / rate_hz, just before u[k] acts.
     ``ledger`` (N,) holds an ``Entry`` for every sample of them, which are NaN where nothing was recorded. ``initial``
-    says whether the rig was at rest before the first sample.
+    says whether the rig was at rest before the first sample. ``transcript`` is what crossed the wire to the device,
+    where that was asked for (``rig/transcript.py``).
     """
 
     name: str
@@ -96,6 +97,7 @@ class Recording:
     question: str = ""
     protocol_text: str = ""
     rig_text: str = ""
+    transcript: str = ""
     complete: bool = True
     reason: str = ""
     steps: tuple[Step, ...] = ()

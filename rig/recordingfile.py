@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,14 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.trace import LONG, Samples, Step, Stored, blocks
-from rig.recorded import Entry, Equipment, Event, Origin, Recording
-from rig.samples import InFile
-from rig.seal import SCHEMA, SIZE, seal
+from rig.journal import JOURNAL, PAGE, HarmedError, Journal, add_journal
+from rig.recorded import Entry, Equipment, Event, Ledger, Origin, Recording
+from rig.samples import InFile, Received
+from rig.seal import NAME, NEEDS, SCHEMA, SIZE, VERSION, seal
+from rig.unfinished import BLOCK, mark
 
 SIGNALS = {"u": "output as commanded", "u_measured": "output as measured", "y": "input as recorded"}
-LEDGER = "one entry for every sample: " + ", ".join(f"{entry.value} {entry.name.lower()}" for entry in Entry)
+ENTRIES = "one entry for every sample: " + ", ".join(f"{entry.value} {entry.name.lower()}" for entry in Entry)
 FURTHER = "inputs"
-GROWING = ("y", "u_measured", "ledger")
+LEDGER = "ledger"
 ROOT = ("title", "question", "rate_hz", "start_s", "intersample", "initial", "complete", "reason")
 CLOCK = ("started", "finished", "git_commit")
 IDENTITY = ("address", "model", "serial", "firmware")
@@ -35,19 +37,45 @@ class ForeignError(ValueError):
     """The file is HDF5 and no recording; the message says what it calls itself."""
 
 
+class NewerError(ValueError):
+    """The file is a recording of a later schema: its name, and the program it needs."""
+
+
 def store(path: Path, recording: Recording) -> None:
-    """Write all of ``recording``; what still grows in one that is not finished gets no checksum. Raises OSError."""
-    unsealed = () if recording.origin.finished else (*GROWING, *map(place, recording.further))
+    """Write all of ``recording``, with a checksum on every part and on the whole. Raises OSError."""
     with h5py.File(path, "w", userblock_size=SIZE) as file:
-        for name, (values, notes) in _datasets(recording).items():
-            dataset = _filled(file, name, values)
-            dataset.attrs.update(notes)
-            if name not in unsealed:
-                dataset.attrs[CHECKSUM] = digest(dataset)
-        for name, attributes in _attributes(recording).items():
-            file.require_group(name).attrs.update(attributes)
-        file.attrs[CHECKSUM] = attributes_digest(file)
-    seal(path, finished=bool(recording.origin.finished))
+        _fill(file, recording)
+    seal(path)
+
+
+def begin(path: Path, recording: Recording) -> None:
+    """Write a recording of which nothing was received yet, with room for all that will be. Raises OSError."""
+    grows = [*map(place, recording.inputs()), LEDGER]
+    with h5py.File(path, "w", userblock_size=BLOCK, alignment_threshold=PAGE // 2, alignment_interval=PAGE) as file:
+        _fill(file, recording, grows)
+        add_journal(file, recording.u.size, grows)
+    with h5py.File(path, "r") as file:
+        mark(path, {name: (_offset(file[name]), int(file[name].nbytes)) for name in (*grows, JOURNAL)})
+
+
+def _offset(dataset: h5py.Dataset) -> int:
+    """Return where a dataset begins in its file; raise ValueError when it is not in one piece."""
+    offset = dataset.id.get_offset()
+    if offset is None:
+        raise ValueError(f"{dataset.name} is not in one piece")
+    return int(offset)
+
+
+def _fill(file: h5py.File, recording: Recording, unsealed: Collection[str] = ()) -> None:
+    """Put all of ``recording`` into an empty file, a checksum on every part but the ``unsealed``."""
+    for name, (values, notes) in _datasets(recording).items():
+        dataset = _filled(file, name, values)
+        dataset.attrs.update(notes)
+        if name not in unsealed:
+            dataset.attrs[CHECKSUM] = digest(dataset)
+    for name, attributes in _attributes(recording).items():
+        file.require_group(name).attrs.update(attributes)
+    file.attrs[CHECKSUM] = attributes_digest(file)
 
 
 def _filled(file: h5py.File, name: str, values: Any) -> h5py.Dataset:
@@ -60,35 +88,78 @@ def _filled(file: h5py.File, name: str, values: Any) -> h5py.Dataset:
     return dataset
 
 
-def load(file: h5py.File, name: str, *, intact: bool) -> Recording:
+def load(file: h5py.File, name: str, *, intact: bool, live: bool = False) -> Recording:
     """Return the recording in ``file``, every checksum compared unless the whole file is known to be ``intact``.
 
+    Of a run that is not finished it is what was acknowledged, which is always compared; ``live``: it goes on meanwhile.
     Raises ForeignError for another kind of file; KeyError, ValueError, OSError and their like for a damaged one.
     """
+    refuse_other_schema(file)
     root = _plain(file.attrs)
-    if root.get("schema") != SCHEMA:
-        raise ForeignError(str(root.get("schema", "no schema")))
-    if not intact:
-        _compare_digests(file, finished=bool(root["finished"]))
+    wrong = () if intact else mismatches(file)
+    position = _acknowledged(file) if JOURNAL in file else None
+    if wrong:
+        raise ValueError(wrong[0])
     device = _plain(file["device"].attrs)
-    calibration = file["calibration"].asstr()[()] if "calibration" in file else ""
     settings = _plain(file["device/settings"].attrs)
-    equipment = Equipment(settings=settings, calibration=calibration, **{key: device[key] for key in IDENTITY})
+    equipment = Equipment(settings=settings, calibration=_text(file, "calibration"),
+                          **{key: device[key] for key in IDENTITY})
     origin = Origin(equipment, software=_plain(file["software"].attrs), **{key: root[key] for key in CLOCK})
     return Recording(
-        name=name, u=_signal(file["u"]), y=_signal(file["y"]), ledger=file["ledger"][:], origin=origin,
-        u_measured=_signal(file["u_measured"]) if "u_measured" in file else None,
-        further={name: _signal(dataset) for name, dataset in file.get(FURTHER, {}).items()},
+        name=name, u=_signal(file["u"]), y=_signal(file["y"], position, live), ledger=_ledger(file, position),
+        u_measured=_signal(file["u_measured"], position, live) if "u_measured" in file else None,
+        further={name: _signal(dataset, position, live) for name, dataset in file.get(FURTHER, {}).items()},
         protocol_text=file["protocol"].asstr()[()], rig_text=file["rig"].asstr()[()],
-        steps=tuple(Step(*row) for row in _rows(file["steps"])),
+        transcript=_text(file, "transcript"), origin=origin, steps=tuple(Step(*row) for row in _rows(file["steps"])),
         events=tuple(Event(*row) for row in _rows(file["events"])), **{key: root[key] for key in ROOT},
     )
 
 
-def _signal(dataset: h5py.Dataset) -> Samples:
-    """Return a signal: in memory unless it is long and stands in the file as it would stand in memory."""
-    stored = InFile.of(dataset) if dataset.size > AT_ONCE else None
-    return dataset[:] if stored is None else stored
+def refuse_other_schema(file: h5py.File) -> None:
+    """Raise NewerError for a schema this program does not know yet, ForeignError for what is none of ours."""
+    root = _plain(file.attrs)
+    schema = str(root.get("schema", "no schema"))
+    name, _, version = schema.partition("/")
+    if name == NAME and version.isdecimal() and int(version) > VERSION:
+        raise NewerError(schema, str(root.get("needs", "")))
+    if schema != SCHEMA:
+        raise ForeignError(schema)
+
+
+def _acknowledged(file: h5py.File) -> int:
+    """Return how many samples the journal of a run that is not finished accounts for; raise ValueError."""
+    journal = Journal.of(file)
+    position = journal.acknowledged
+    if harmed := journal.harmed(file):
+        raise HarmedError(harmed[0])
+    return position
+
+
+def _text(file: h5py.File, name: str) -> str:
+    """Return a text that not every recording has."""
+    return str(file[name].asstr()[()]) if name in file else ""
+
+
+def _ledger(file: h5py.File, position: int | None) -> Ledger:
+    """Return the ledger, nothing being received from ``position`` on."""
+    entries: Ledger = file[LEDGER][:]
+    if position is not None:
+        entries[position:] = Entry.NOT_RECEIVED
+    return entries
+
+
+def _signal(dataset: h5py.Dataset, position: int | None = None, live: bool = False) -> Samples:
+    """Return a signal: in memory unless it is long and stands in the file as it would stand in memory.
+
+    From ``position`` on nothing was received. A signal that is ``live`` may grow while it is used.
+    """
+    stored = InFile.of(dataset, grows=live) if dataset.size > AT_ONCE else None
+    if stored is not None:
+        return stored if position is None else Received(dataset.size, stored, position)
+    values: Samples = dataset[:]
+    if position is not None:
+        values[position:] = np.nan  # type: ignore[index]
+    return values
 
 
 def digest(dataset: h5py.Dataset) -> str:
@@ -114,19 +185,20 @@ def _datasets(recording: Recording) -> dict[str, tuple[Any, dict[str, str]]]:
     return {
         **{place(name): (values, {"unit": "V", "description": SIGNALS.get(name, "a further input as recorded")})
            for name, values in signals.items()},
-        "ledger": (recording.ledger, {"description": LEDGER}),
+        "ledger": (recording.ledger, {"description": ENTRIES}),
         "steps": (_table(recording.steps, STEPS), {"description": "samples [start, stop) of every stimulus"}),
         "events": (_table(recording.events, EVENTS), {"description": "what happened at samples [start, stop)"}),
         "protocol": (recording.protocol_text, {"description": "the protocol file"}),
         "rig": (recording.rig_text, {"description": "the rig file"}),
-        **_calibration(recording.origin.equipment),
+        **_texts_of_some(recording),
     }
 
 
-def _calibration(device: Equipment) -> dict[str, tuple[Any, dict[str, str]]]:
-    """Return the dataset of the device's calibration, where it had one."""
-    told = {"calibration": (device.calibration, {"description": "the device over a cable"})}
-    return told if device.calibration else {}
+def _texts_of_some(recording: Recording) -> dict[str, tuple[Any, dict[str, str]]]:
+    """Return the texts that not every recording has."""
+    told = {"calibration": (recording.origin.equipment.calibration, {"description": "the device over a cable"}),
+            "transcript": (recording.transcript, {"description": "what crossed the wire to the device and from it"})}
+    return {name: text for name, text in told.items() if text[0]}
 
 
 def _attributes(recording: Recording) -> dict[str, dict[str, Any]]:
@@ -134,7 +206,7 @@ def _attributes(recording: Recording) -> dict[str, dict[str, Any]]:
     origin, device = recording.origin, recording.origin.equipment
     root = {key: getattr(recording, key) for key in ROOT} | {key: getattr(origin, key) for key in CLOCK}
     identity = {key: getattr(device, key) for key in IDENTITY}
-    held = ({"schema": SCHEMA} | root, identity, dict(device.settings), dict(origin.software))
+    held = ({"schema": SCHEMA, "needs": NEEDS} | root, identity, dict(device.settings), dict(origin.software))
     return dict(zip(GROUPS, held, strict=True))
 
 
@@ -143,17 +215,25 @@ def place(name: str) -> str:
     return name if name in SIGNALS else f"{FURTHER}/{name}"
 
 
-def _compare_digests(file: h5py.File, *, finished: bool) -> None:
-    """Raise ValueError naming the first part whose checksum does not match, KeyError where there is none.
+def mismatches(file: h5py.File) -> list[str]:
+    """Return which parts do not match their checksum or have none, a sentence each.
 
-    What grew in a file that was not ``finished`` has none.
+    What grew in a file that was not finished has none.
     """
-    if attributes_digest(file) != file.attrs[CHECKSUM]:
-        raise ValueError("the attributes do not match their checksum")
+    wrong = []
+    if attributes_digest(file) != file.attrs.get(CHECKSUM):
+        wrong.append("the attributes do not match their checksum")
     for name, dataset in _held(file).items():
-        grew = not finished and (name in GROWING or name.startswith(f"{FURTHER}/"))
-        if not grew and digest(dataset) != dataset.attrs[CHECKSUM]:
-            raise ValueError(f"the dataset {name!r} does not match its checksum")
+        told = dataset.attrs.get(CHECKSUM)
+        if told is None and (file.attrs["finished"] or not _grows(name)):
+            wrong.append(f"the dataset {name!r} has no checksum")
+        if told is not None and digest(dataset) != told:
+            wrong.append(f"the dataset {name!r} does not match its checksum")
+    return wrong
+
+
+def _grows(name: str) -> bool:
+    return name in ("y", "u_measured", LEDGER, JOURNAL) or name.startswith(f"{FURTHER}/")
 
 
 def _held(file: h5py.File) -> dict[str, h5py.Dataset]:

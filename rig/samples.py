@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from identify.trace import Array, Mask, Samples, Stored, blocks
 from rig.errors import FileError
 
-Stamp = tuple[int, int, int]
+Stamp = tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -27,18 +27,22 @@ class InFile(Stored):
     stamp: Stamp
 
     @classmethod
-    def of(cls, dataset: h5py.Dataset) -> Self | None:
-        """Return the signal in a dataset; None when it is not one row of float64 in one piece."""
+    def of(cls, dataset: h5py.Dataset, *, grows: bool = False) -> Self | None:
+        """Return the signal in a dataset; None when it is not one row of float64 in one piece.
+
+        ``grows``: the file may be written to while the signal is used, but not be replaced.
+        """
         offset, path = dataset.id.get_offset(), Path(dataset.file.filename).absolute()
         if dataset.ndim != 1 or dataset.dtype != np.float64 or offset is None:
             return None
-        return cls(dataset.size, path, offset, _stamp(path.stat()))
+        stamp = _stamp(path.stat())
+        return cls(dataset.size, path, offset, stamp[:1] if grows else stamp)
 
     def read(self, start: int, stop: int) -> Array:
         """Return the samples [start, stop), V; raise FileError when the file is no longer the one it was."""
         try:
             with self.path.open("rb", buffering=0) as file:
-                if _stamp(os.fstat(file.fileno())) == self.stamp:
+                if _stamp(os.fstat(file.fileno()))[: len(self.stamp)] == self.stamp:
                     return np.fromfile(file, np.float64, stop - start, offset=self.offset + start * 8)
         except OSError as error:
             raise FileError("cannot be read any more", where=str(self.path), value=error.strerror) from error
@@ -57,6 +61,20 @@ class NotRead(Stored):
     def read(self, start: int, stop: int) -> Array:
         """Return that the samples are not known."""
         return np.full(stop - start, np.nan)
+
+
+@dataclass(frozen=True)
+class Received(Stored):
+    """A signal of which nothing was received from the sample ``stop`` on, whatever stands there."""
+
+    signal: Stored
+    stop: int
+
+    def read(self, start: int, stop: int) -> Array:
+        """Return the samples [start, stop), V."""
+        values = self.signal.read(start, stop)
+        values[max(self.stop - start, 0):] = np.nan
+        return values
 
 
 @dataclass(frozen=True)

@@ -134,7 +134,16 @@ def _segment(
     with Writer(out, plan, known, u, overwrite) as writer:
         outcome = runner.run(plan, device, writer, progress)
         recording = writer.finish(outcome.complete, outcome.reason, outcome.events)
-    return Segment(out, recording, outcome)
+    return Segment(out, recording, _as_kept(outcome, recording, out))
+
+
+def _as_kept(outcome: runner.Outcome, recording: Recording, out: Path) -> runner.Outcome:
+    """Return how a run ended, the keeping of its recording included."""
+    if recording.complete or not outcome.complete:
+        return outcome
+    failure = IncompleteError(recording.reason, where=str(out),
+                              do="every command reads it as it is; with room on the disk, play it again")
+    return replace(outcome, complete=False, reason=recording.reason, failure=failure)
 
 
 def _make_room(out: Path, overwrite: bool) -> None:

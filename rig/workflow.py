@@ -39,7 +39,8 @@ Progress = Callable[[str, float], None]
 class Runs:
     """Recordings as identification sees them, under distinct names, and the plain model to start from.
 
-    ``protocols`` are the texts of what was played, where the recordings know them.
+    ``protocols`` are the texts of what was played, where the recordings know them; ``incomplete`` are the runs of which
+    a part is missing, or still to come, and why.
     """
 
     traces: tuple[Trace, ...]
@@ -47,6 +48,12 @@ class Runs:
     model: "Model"
     rig: RigFile | None = None
     protocols: tuple[str, ...] = ()
+    incomplete: tuple[tuple[str, str], ...] = ()
+
+    def beside(self) -> dict[str, object]:
+        """Return what the JSON of an answer says of the runs it is from."""
+        told = [{"run": name, "reason": reason} for name, reason in self.incomplete]
+        return {"incomplete": told} if told else {}
 
 
 @dataclass(frozen=True)
@@ -81,7 +88,9 @@ def load(
     given = None if calibration is None else read_calibration(calibration)
     traces = _named_apart([with_device(recording, given) for recording in recordings.values()])
     protocols = tuple(recording.protocol_text for recording in recordings.values())
-    return Runs(tuple(traces[: len(kept)]), tuple(traces[len(kept) :]), found.model, found, protocols)
+    incomplete = tuple((trace.name, recording.reason)
+                       for trace, recording in zip(traces, recordings.values(), strict=True) if not recording.complete)
+    return Runs(tuple(traces[: len(kept)]), tuple(traces[len(kept) :]), found.model, found, protocols, incomplete)
 
 
 def identify_runs(

@@ -212,20 +212,23 @@ try:
     writer = Writer(sys.argv[1], plan, Equipment("loopback:"), overwrite=True)
     writer.append(0, np.ones(1000))
     fill()
-    writer.finish(True, "all")
+    print(writer.finish(True, "all").reason)
 except FileError as error:
     print(error)
 """
 
 
-@pytest.mark.parametrize(("when", "title", "recorded"), [("start", "t", 40), ("finish", "full", 1000)])
+@pytest.mark.parametrize(("when", "title", "recorded", "words"), [
+    ("start", "t", 40, "{path}: cannot be written: File too large"),
+    ("finish", "full", 1000, "all; the recording could not be finished: File too large"),
+])
 def test_a_full_disk_costs_neither_the_recording_before_nor_what_was_recorded(
-    tmp_path: Path, when: str, title: str, recorded: int,
+    tmp_path: Path, when: str, title: str, recorded: int, words: str,
 ) -> None:
     path = tmp_path / "r.h5"
     write(path, a_recording())
     told = subprocess.run([sys.executable, "-c", FULL, str(path), when], capture_output=True, text=True, check=True)
-    assert told.stdout.splitlines() == [f"{path}: cannot be written: File too large"]
+    assert told.stdout.splitlines() == [words.format(path=path)]
     assert os.listdir(tmp_path) == ["r.h5"]
     assert (read(path).title, read(path).count(Entry.RECORDED)) == (title, recorded)
 
@@ -275,14 +278,22 @@ def test_a_run_stopped_while_it_is_closed_is_still_readable(tmp_path: Path, monk
     assert read(tmp_path / "r.h5").count(Entry.RECORDED) == 40
 
 
-def test_a_recording_being_written_says_so(tmp_path: Path) -> None:
+def test_a_recording_being_written_is_read_as_far_as_it_is_and_says_so(tmp_path: Path) -> None:
     command = [sys.executable, "-c", KILLED + "\nsys.stdin.read()\n", str(tmp_path / "r.h5")]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stdin=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         process.stdout.readline()
-        with pytest.raises(FileError, match="the recording is still being written; wait"):
-            read(tmp_path / "r.h5")
+        found = read(tmp_path / "r.h5")
+        assert (found.complete, found.reason) == (False, "still being written")
+        assert found.count(Entry.RECORDED) >= 50
+        with h5py.File(tmp_path / "r.h5") as file:
+            assert file["y"][49] == 49.0
+        with pytest.raises(BlockingIOError):
+            h5py.File(tmp_path / "r.h5", "r+")
+        with pytest.raises(FileError, match="another program is recording into this file"):
+            write(tmp_path / "r.h5", a_recording(), overwrite=True)
         process.kill()
+    assert read(tmp_path / "r.h5").reason == "the program ended before the run did"
 
 
 @pytest.mark.parametrize(("content", "message"), [
@@ -303,7 +314,7 @@ def test_a_missing_recording_and_a_folder(tmp_path: Path) -> None:
         read(tmp_path)
 
 
-@pytest.mark.parametrize(("schema", "message"), [(None, "no schema"), ("rig.recording/9", "rig.recording/9; allowed")])
+@pytest.mark.parametrize(("schema", "message"), [(None, "no schema"), ("rig.recording/x", "rig.recording/x; allowed")])
 def test_foreign_hdf5_is_refused(tmp_path: Path, schema: str | None, message: str) -> None:
     with h5py.File(tmp_path / "r.h5", "w") as file:
         file["data"] = [1, 2, 3]
