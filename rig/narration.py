@@ -4,7 +4,6 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from identify.natural_units import shown, shown_interval
-from rig.recorded import Entry
 from rig.units import show
 
 if TYPE_CHECKING:
@@ -18,7 +17,6 @@ if TYPE_CHECKING:
     from rig.recorded import Recording
     from rig.registry import Attached
     from rig.session import Checked, Recorded
-    from rig.verifying import Verified
     from rig.workflow import Runs, Simulated
 
 MOST_SHARES = 3
@@ -144,27 +142,6 @@ def _span(signal: "Samples") -> str:
     ends = [(np.fmin.reduce(held), np.fmax.reduce(held)) for held in (signal[a:b] for a, b in blocks(0, signal.size))]
     low, high = np.fmin.reduce([low for low, _ in ends]), np.fmax.reduce([high for _, high in ends])
     return f"{low:.6g} to {high:.6g} V"
-
-
-def verified(found: "Verified") -> Iterator[str]:
-    """Tell what became of a recording, and what it is."""
-    run = found.recording
-    yield f"{found.path}: {'intact' if found.intact else 'DAMAGED'}{', still being written' * found.being_written}"
-    yield from (f"  damage    {sentence}" for sentence in found.findings)
-    yield from (f"  remark    {sentence}" for sentence in found.remarks)
-    if run is None:
-        return
-    counts = ", ".join(f"{run.count(entry)} {entry.name.lower().replace('_', ' ')}" for entry in Entry)
-    yield f"  checked   {', '.join(found.checked)}"
-    yield f"  samples   {run.u.size} at {show(run.rate_hz, 'Hz')}: {counts}"
-    yield f"  {'complete ' if run.complete else 'incomplete'} {run.reason}"
-    version = run.origin.software.get("backlash-rig", "an unknown version")
-    yield f"  made      {run.origin.started} by backlash-rig {version}{_at_commit(run.origin.git_commit)}"
-    yield f"  device    {run.origin.equipment.address}"
-
-
-def _at_commit(commit: str) -> str:
-    return f" at {commit[:12]}{'-dirty' * commit.endswith('-dirty')}" if commit else ""
 
 
 def incomplete(runs: "Runs") -> Iterator[str]:

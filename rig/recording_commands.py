@@ -19,7 +19,7 @@ def verify(files: Sequence[str], json_to: str | None) -> None:
     One changed byte anywhere in a file is found, and where it is as far as that can be told. A run that was killed or
     is still being recorded is verified as far as it went. The exit code is 1 where anything is damaged.
     """
-    from rig import narration
+    from rig import recording_narration
     from rig.outputs import write_text
     from rig.verifying import refuse_damaged, to_json
     from rig.verifying import verify as verified
@@ -31,5 +31,5 @@ def verify(files: Sequence[str], json_to: str | None) -> None:
     if json_to == "-":
         click.echo(to_json(found), nl=False)
     else:
-        say(line for one in found for line in narration.verified(one))
+        say(line for one in found for line in recording_narration.verified(one))
     refuse_damaged(found)

@@ -25,8 +25,8 @@ from rig.seal import Seal
 from rig.unfinished import Unfinished
 from rig.unfinished import inspect as inspect_unfinished
 
-LOOK_S, LOOK_BYTES_PER_S, LOOK_BYTES = 5.0, 1e8, 1 << 30
-"""How long, and in how much memory, a damaged file is looked into."""
+LOOK_S, LOOK_BYTES_PER_S, LOOK_BYTES, GIVEN_UP_S = 6, 1e8, 1 << 30, 60.0
+"""How much of the processor's time, and of memory, it may take to look into a damaged file, and how long at all."""
 
 
 @dataclass(frozen=True)
@@ -150,19 +150,22 @@ def _odd(file: h5py.File, unfinished: Unfinished | None) -> list[str]:
 
 def _looked_into(path: Path) -> list[str]:
     """Return which parts of a damaged file are hit, as an HDF5 library tells in a process that may die of it."""
-    program = "import sys; from rig.verifying import look; look(sys.argv[1])"
-    patience_s = LOOK_S + path.stat().st_size / LOOK_BYTES_PER_S
+    program = "import sys; from rig.verifying import look; look(sys.argv[1], int(sys.argv[2]))"
+    cpu_s = LOOK_S + int(path.stat().st_size / LOOK_BYTES_PER_S)
     surroundings = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     try:
-        done = subprocess.run([sys.executable, "-c", program, str(path)], capture_output=True, text=True, check=True,
-                              timeout=patience_s, env=surroundings)
+        done = subprocess.run([sys.executable, "-c", program, str(path), str(cpu_s)], capture_output=True, text=True,
+                              check=True, timeout=GIVEN_UP_S + cpu_s, env=surroundings)
         return list(map(str, json.loads(done.stdout)))
+    except subprocess.TimeoutExpired:
+        return ["which part of it is damaged was not found in time"]
     except (OSError, ValueError, subprocess.SubprocessError):
         return ["its structure is damaged: no HDF5 library can read it"]
 
 
-def look(path: str) -> None:
-    """Print which parts of a damaged file are hit, as JSON."""
+def look(path: str, cpu_s: int) -> None:
+    """Print which parts of a damaged file are hit, as JSON; die when that takes too much."""
+    resource.setrlimit(resource.RLIMIT_CPU, (cpu_s, cpu_s))
     resource.setrlimit(resource.RLIMIT_DATA, (LOOK_BYTES, LOOK_BYTES))
     try:
         with h5py.File(path, "r") as file:
