@@ -11,6 +11,7 @@ from identify.stage import Grid, Parameter, Place, Values
 if TYPE_CHECKING:
     from identify.evidence import Evidence
 
+TRIED = (0.25, 1.0, 4.0)  # samples
 K = Parameter("rate_dependent_gap.k", "s", "log")
 
 
@@ -43,6 +44,12 @@ class RateDependentGap(InsidePlay):
         return replace(law, late_s=law.late_s + values[0])
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
-        """Return the time for which the change, nearly in proportion to it, explains most; none below zero."""
+        """Return the time that explains most: of those tried, and of the one to which the smallest change points.
+
+        Nearly a delay, it moves what the plain model has fitted far, and small changes may point the wrong way.
+        """
+        if not self.applicable(evidence.chain):
+            return []
         found = evidence.proportion(self, "k", 0.1 * evidence.sample_s)
-        return [found] if found and found["k"] > 0.0 else []
+        tried = [{"k": samples * evidence.sample_s} for samples in TRIED]
+        return [evidence.best(self, [*tried, *([found] if found and found["k"] > 0.0 else [])])]

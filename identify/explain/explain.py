@@ -64,7 +64,7 @@ def _explained(
     seen = surveyed(bench, plain)
     bench, final, rounds = selected(bench, plain, note)
     note("checking the names against free-form corrections", 0.75)
-    plain = bench.fitted(plain.fit.chain, ())
+    plain = bench.fitted((rounds[0].base if rounds else plain).fit.chain, ())
     earned = warranted(bench, plain, final, rounds)
     note("confirming on held-out data", 0.9)
     data = replace(data, test=tuple(refined(o, earned.hypothesis.fit.chain) for o in data.test))

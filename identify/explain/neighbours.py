@@ -26,7 +26,7 @@ MOVES = 8  # times the best may move
 
 def settled(bench: Bench, best: Hypothesis) -> tuple[Hypothesis, tuple[Fit, ...]]:
     """Return the best fit of the same effects, and those at other places that a 95 % interval must hold."""
-    best = bench.finely(best)
+    best = bench.finely(_upright(bench, best))
     others: list[Hypothesis] = []
     for _ in range(MOVES):
         others = [bench.finely(h) for h in _neighbours(bench, best)]
@@ -42,6 +42,14 @@ def spanning(name: str, inflation: float, fit: Fit, others: tuple[Fit, ...]) -> 
     """Return the 95 % interval of a value, wide enough for every place at which the data may put it."""
     low, high = zip(*(f.ci95(name, inflation) for f in (fit, *others)), strict=True)
     return Interval(float(fit.chain.values[name]), min(low), max(high))
+
+
+def _upright(bench: Bench, best: Hypothesis) -> Hypothesis:
+    """Return the hypothesis with the values of every effect in their one form."""
+    chain = best.fit.chain
+    for effect in best.effects:
+        chain = effect.upright(chain)
+    return best if chain is best.fit.chain else bench.fitted(chain, best.effects)
 
 
 def _neighbours(bench: Bench, best: Hypothesis) -> list[Hypothesis]:

@@ -61,7 +61,9 @@ def read(
     def undone(seen: Mended) -> Readings:
         data = split(model, seen.training, seen.proof) if seen.found or ends else raw
         data, noise = _whitened(data, seen, settling_s(model), leave_out)
-        again = (bench, before) if data is raw else prepared(data)
+        mine, plain = (bench, before) if data is raw else prepared(data)
+        told = {blemish.id for blemish in ends}  # what the readings alone tell is not fitted once more
+        again = replace(mine, kinds=tuple(kind for kind in mine.kinds if kind.id not in told)), plain
         found = (*ends, *seen.found, *noise)
         return Readings(recorded.training, recorded.proof, raw, before, data, *again, found, settling_s(model))
 

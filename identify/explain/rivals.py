@@ -5,6 +5,7 @@ logarithm of what the mismatch tells). Beside them stands what no catalogue name
 the catalogue is the better, the less of it the name leaves.
 """
 
+from collections.abc import Sequence
 from math import e, exp, log, sqrt
 
 from identify.blocks import Play
@@ -16,6 +17,7 @@ from identify.explain.round import Round
 from identify.explain.select import Bench
 from identify.stage import Place
 
+Kind = tuple[str, Place]
 MENTIONED = 0.01  # an alternative less likely than this is excluded
 MOST = 3  # names in all
 WEIGHED = 6  # rivals that are fitted beside the other effects found
@@ -29,7 +31,7 @@ def odds(
 ) -> tuple[float, tuple[Alternative, ...]]:
     """Return the probability of one effect of the final hypothesis, and what could stand in its place."""
     own = _kind(effect)
-    weights: dict[tuple[str, Place], float] = {}
+    weights: dict[Kind, float] = {}
     told = _information(effect, rounds)
     for other, rival in _rivals(bench, final, effect, rounds):
         weight = exp(min(0.5 * rival.advantage(final, told), 0.0))
@@ -39,9 +41,20 @@ def odds(
         weights |= {(c.id, effect.place): 1.0 for c in effect.confused_with if c.exact and c.id not in known}
     weights.pop(own, None)
     total = 1.0 + sum(weights.values()) + unheard(beyond, told)
-    likely = sorted(weights.items(), key=lambda item: -item[1])[: MOST - 1]
+    likely = _of_every_name(own, sorted(weights.items(), key=lambda item: -item[1]))
     named = [Alternative(i, place.label, w / total) for (i, place), w in likely if w / total > MENTIONED]
     return 1.0 / total, tuple(named)
+
+
+def _of_every_name(own: Kind, ranked: Sequence[tuple[Kind, float]]) -> list[tuple[Kind, float]]:
+    """Return as many as are said, the likeliest first: a name at a second place only where there is room for it."""
+    said = {own[0]}
+    found: list[tuple[Kind, float]] = []
+    again: list[tuple[Kind, float]] = []
+    for kind, weight in ranked:
+        (again if kind[0] in said else found).append((kind, weight))
+        said.add(kind[0])
+    return sorted([*found, *again][: MOST - 1], key=lambda item: -item[1])
 
 
 def unheard(beyond: Located, told: float) -> float:
@@ -90,6 +103,6 @@ def _round_of(effect: Effect, rounds: list[Round]) -> Round | None:
     return None
 
 
-def _kind(effect: Effect) -> tuple[str, Place]:
+def _kind(effect: Effect) -> Kind:
     """Return what an effect is and where, whatever its form."""
     return effect.id, effect.place

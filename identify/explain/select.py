@@ -35,6 +35,7 @@ ITERATIONS = 40
 COARSER = 4  # instants of a grid to one of that on which a fit is searched
 ROUNDS = 3  # of measuring what finer grids add, at most
 MOVED = 0.3  # standard deviations of a matched test by which that may still change
+STUCK = 0.1  # share of what an effect explains that the plain model explains as well, fitted from there
 TURNS = 4  # times phases are looked for anew once the rest has moved
 
 Note = Callable[[str, float], None]
@@ -238,6 +239,10 @@ def selected(bench: Bench, start: Hypothesis, note: Note) -> tuple[Bench, Hypoth
     for number in range(MOST_EFFECTS):
         note(f"trying effects, round {number + 1}", 0.15 + 0.15 * number)
         bench, this = bench.decided(bench.round(best))
+        if this.best is not None and not best.effects:  # a plain fit that had not come to its end looks like physics
+            plain = bench.without(this.best, this.best.effects[-1])
+            if this.base.chi2 - plain.chi2 > STUCK * (this.base.chi2 - this.best.chi2):
+                start, best, (bench, this) = plain, plain, bench.decided(bench.round(plain))
         if this.best is not None:
             this = replace(this, settled=bench.settled(this.best, [*rounds, this]))
         if this.best is not None and not _counts(start, this.base, this.best):

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import ClassVar, final
 
 import numpy as np
-from scipy.ndimage import median_filter
+from scipy.ndimage import maximum_filter1d, median_filter
 from scipy.stats import binom
 
 from identify.effects.adc_clipping import AdcClipping
@@ -26,7 +26,8 @@ COARSE = 0.5  # of the noise: wider steps of the ADC hold the readings of a leve
 INSIDE = 0.25  # of the noise, or two steps: what lies so near the end would be read as often as the end itself
 ALIKE = 0.3  # share of readings that repeat the one before, elsewhere: more is no noise
 REACH = 3.0  # sd from the end within which it cuts the noise of a level
-BESIDE = 9  # readings whose median is the level
+LEVEL = 3  # readings whose median is the level
+BESIDE = 9  # readings of which none may come so near: of those on the way there, the noise would choose which count
 EXACT = 1e-9  # of the range of readings: apart no further, they are the same
 
 
@@ -103,6 +104,7 @@ def _repeating(ends: Sequence[_End], readings: Sequence[Array]) -> float:
 def _cut(trace: Trace, ends: Sequence[_End], noise_v: float) -> Samples:
     """Return the readings whose noise an end cuts, as numbers of samples."""
     y = trace.y[:]
-    level = median_filter(y, BESIDE, mode="nearest")
-    near = [end.at(y) | (end.sign * (end.value_v - level) < REACH * noise_v) for end in ends]
+    level = median_filter(y, LEVEL, mode="nearest")
+    highest = [(end, maximum_filter1d(end.sign * level, BESIDE, mode="nearest")) for end in ends]
+    near = [end.at(y) | (end.sign * end.value_v - most < REACH * noise_v) for end, most in highest]
     return np.flatnonzero(np.any(near, axis=0))

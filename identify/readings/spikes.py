@@ -33,6 +33,9 @@ AFTER_JUMP = 4  # samples
 Samples = NDArray[np.intp]  # numbers of samples
 MOSTLY, MOSTLY_SD = 0.95, float(norm.ppf(0.975))  # of readings, and within how many sd so many Gaussian ones lie
 TO_SD = 1.0 / norm.ppf(0.75)  # a median deviation as a standard deviation
+# Of Gaussian readings against the median of the 17 they are among, by simulation of two million:
+AMONG = 0.930  # their median deviation over that from their mean
+LEANT, SCATTER = 0.076, 1.05  # sd by which one thrown far off draws that median along, and what scatters about its size
 CONTRADICTED = 1e-3  # chance of so few spikes on held-out readings
 
 
@@ -80,7 +83,7 @@ def outliers(trace: Trace, residual: Array, lsb_v: float = 0.0) -> Outliers:
     use = good(trace)
     alone = residual - median_filter(residual, BESIDE, mode="nearest")
     deviation = np.abs(alone)
-    sd_v = max(TO_SD * float(np.median(deviation[use])) if use.any() else 0.0, FLICKER * lsb_v)
+    sd_v = max(TO_SD / AMONG * float(np.median(deviation[use])) if use.any() else 0.0, FLICKER * lsb_v)
     if lsb_v and use.any():  # the median of readings in steps is a step, too
         sd_v = max(sd_v, float(np.quantile(deviation[use], MOSTLY)) / MOSTLY_SD)
     calm = TO_SD * median_filter(deviation, AROUND, mode="nearest") <= DISTURBED * sd_v
@@ -158,7 +161,7 @@ def _tail(threshold: float) -> float:
 
 def _reached(size: float, threshold: float) -> float:
     """Return the share of spikes of a size that lie beyond a threshold, noise added."""
-    return float(norm.sf(threshold - size))
+    return float(norm.sf((threshold + LEANT - size) / SCATTER))
 
 
 def _fitted(sizes: Array, threshold: float) -> tuple[float, float, float]:
@@ -167,16 +170,17 @@ def _fitted(sizes: Array, threshold: float) -> tuple[float, float, float]:
     Maximum likelihood for one size in Gaussian noise of which only what lies beyond the threshold is seen; where sizes
     scatter more than that, their rms.
     """
+    sizes = sizes + LEANT
     scatter = float(np.std(sizes))
     if sizes.size > 2 and scatter > 2.0:
         size = float(np.sqrt(np.mean(np.square(sizes))))
         return float(sizes.size), size, float(np.std(np.square(sizes))) / (2.0 * size * np.sqrt(sizes.size))
     grid = np.linspace(max(threshold - 3.0, 0.5), float(np.max(sizes)) + 1.0, 2000)
     squares = np.sum(np.square(sizes)) - 2.0 * grid * np.sum(sizes) + sizes.size * np.square(grid)
-    likelihood = -0.5 * squares - sizes.size * norm.logsf(threshold - grid)
+    likelihood = -0.5 * squares / SCATTER**2 - sizes.size * norm.logsf((threshold + LEANT - grid) / SCATTER)
     size = float(grid[np.argmax(likelihood)])
     inside = grid[likelihood > np.max(likelihood) - 0.5]
-    sd = max(0.5 * float(np.ptp(inside)), 1.0 / np.sqrt(sizes.size))
+    sd = max(0.5 * float(np.ptp(inside)), SCATTER / np.sqrt(sizes.size))
     return float(sizes.size / _reached(size, threshold)), size, sd
 
 

@@ -10,7 +10,8 @@ from identify.chain import plain_chain, simulate
 from identify.explain.confirm import improvement
 from identify.explain.hypothesis import FALSE_DISCOVERIES, Hypothesis, is_discovery
 from identify.explain.locate import Located
-from identify.explain.rivals import UNHEARD, unheard
+from identify.explain.rivals import UNHEARD, _of_every_name, unheard
+from identify.stage import Place
 from identify.fit import fit
 from identify.levels import merit
 from tests.proof.rigs import OP_AMP
@@ -56,3 +57,12 @@ def test_physics_of_no_catalogue_is_the_less_likely_the_less_a_name_leaves():
     assert doubts == sorted(doubts, reverse=True)
     assert doubts[0] < UNHEARD
     assert unheard(Located(base, (), 1e-6), 100.0) > 5.0 * doubts[0]
+
+
+def test_a_name_is_said_before_another_one_is_said_twice():
+    pole, own = ("extra_pole", Place.G1), ("extra_pole", Place.G2)
+    source, delay = ("source_pole", Place.SOURCE), ("dead_time", Place.G2)
+    ranked = [(pole, 0.5), (source, 0.4), (delay, 0.3)]
+    assert [kind for kind, _ in _of_every_name(own, ranked)] == [source, delay]
+    assert [kind for kind, _ in _of_every_name(delay, ranked[:2])] == [pole, source]
+    assert [kind for kind, _ in _of_every_name(own, ranked[:2])] == [pole, source]

@@ -10,7 +10,7 @@ from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located
 from identify.explain.rivals import odds
 from identify.explain.round import Round
-from identify.explain.select import DECISIVE, Bench
+from identify.explain.select import DECISIVE, Bench, selected
 from identify.fit import chi_squared
 from identify.stage import Place
 from tests.proof.cases import Concealed
@@ -108,3 +108,16 @@ def test_what_came_close_is_compared_on_grids_fine_enough_for_all_of_it():
     again = next(h for h in decided.tried if h.effects == (delay,))
     assert again.chi2 == pytest.approx(tried[1].chi2, abs=1.0)  # a delay is fitted as finely as it needs from the first
     assert again.fit.chain.values["dead_time.delay"] == pytest.approx(63.4e-6, rel=0.05)
+
+
+def test_a_plain_fit_that_had_not_come_to_its_end_is_no_physics():
+    clean = recorded(OP_AMP, staircase("walk", FIG13_LEVELS_V, 0.02), (), NOISE_V, seed=4)
+    kinds = tuple(catalogue()[name] for name in ("feedthrough", "source_pole", "source_nonlinearity"))
+    bench = Bench(chain_of(model_of(OP_AMP)), (observed(clean, NOISE_V),), (), kinds)
+    off = bench.plain.with_values({"G1.den.s1": 1.1 * bench.plain.values["G1.den.s1"]})
+    stuck = bench.fitted(off, (), 0)
+    assert stuck.misfit > 1.0
+    _, final, rounds = selected(bench, stuck, lambda sentence, share: None)
+    assert final.effects == ()
+    assert abs(final.misfit) < 0.1
+    assert rounds[0].base.misfit == pytest.approx(final.misfit)

@@ -51,6 +51,16 @@ def test_both_ends_are_told_and_counted_over_all_recordings():
     assert [trace.name for trace in seen] == ["stairs", "sine"]
 
 
+def test_what_is_left_on_a_way_to_the_end_is_not_chosen_by_its_noise():
+    rows = [read(SINE, seed=seed) for seed in range(4)]
+    answer = quiet(SINE).y
+    seen, _ = range_ends([clipped(row, upper=RAIL_V) for row in rows], NOISE_V)
+    near = (answer > RAIL_V - 30.0 * NOISE_V) & (answer < RAIL_V + 2.0 * NOISE_V)
+    left = np.concatenate([(trace.y - answer)[near & trace.valid] for trace in seen])
+    assert left.size > 20
+    assert abs(np.mean(left)) < 3.0 * NOISE_V / np.sqrt(left.size)
+
+
 @pytest.mark.parametrize("trace", [
     read(STAIRS), read(SINE), read(STAIRS, Concealed("saturation", {"upper": 10.0, "lower": -10.0})),
     clipped(read(STAIRS), lsb=0.004), clipped(read(SINE), lsb=0.02), clipped(read(STAIRS), RAIL_V, lsb=0.05),
