@@ -11,9 +11,9 @@ from identify.explain.confirm import improvement
 from identify.explain.hypothesis import FALSE_DISCOVERIES, Hypothesis, is_discovery
 from identify.explain.locate import Located
 from identify.explain.rivals import UNHEARD, _of_every_name, unheard
-from identify.stage import Place
 from identify.fit import fit
 from identify.levels import merit
+from identify.stage import Place
 from tests.proof.rigs import OP_AMP
 from tests.proof.stimuli import sine
 from tests.trials import model_of, noisy, observed, recorded
