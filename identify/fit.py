@@ -101,7 +101,8 @@ def fit(
     """
     centre = {**chain.values, **(centre or {})}
     coordinates = coordinates_of(chain, centre, [o.trace.name for o in observations], fixed)
-    start = np.array([c.theta(chain.values.get(c.name, chain.values[c.parameter.name])) for c in coordinates])
+    begun = [chain.values.get(c.name, chain.values[c.parameter.name]) for c in coordinates]
+    start = np.array([c.bounded(c.theta(value)) for c, value in zip(coordinates, begun, strict=True)])
     found = _search(_Problem(chain, tuple(observations), coordinates, pull), start, iterations, valleys)
     return replace(found, cost=found.cost - pull.cost(found.chain)) if pull else found
 

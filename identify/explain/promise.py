@@ -97,7 +97,7 @@ def _moved(chain: Chain, coordinates: Sequence[Coordinate], step: Array) -> Chai
     values = {}
     for coordinate, by in zip(coordinates, step.tolist(), strict=True):
         log = coordinate.parameter.coordinate == "log"
-        values[coordinate.name] = coordinate.value(float(np.log1p(max(by, HALVED))) if log else by)
+        values[coordinate.name] = coordinate.value(coordinate.bounded(float(np.log1p(max(by, HALVED))) if log else by))
     return chain.with_values(values)
 
 

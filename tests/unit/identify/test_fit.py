@@ -352,3 +352,11 @@ def test_a_slope_that_no_circuit_has_is_not_fitted():
     assert [slope.value(end) for end in slope.bounds] == pytest.approx([0.0, 0.97])
     assert slope.at_bound(slope.theta(0.97))
     assert not slope.at_bound(slope.theta(0.5))
+
+
+def test_a_start_beyond_what_is_allowed_begins_at_the_bound():
+    clamp = catalogue()["diode_clamp"](Place.F, "upper, resistor")
+    run = [observed(noisy(recorded(RC, SINE), NOISE_V, 1), NOISE_V)]
+    chain = clamp.put_in(plain_chain(model_of(RC)), {"knee": 5.0, "n_vt": 0.1, "slope": 1.2})
+    found = fit(chain, run, fixed=("G1", "F", "G2"))
+    assert found.chain.values["diode_clamp.slope"] <= 0.97
