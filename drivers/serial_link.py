@@ -13,6 +13,7 @@ import serial
 from drivers.framing import Frame, FrameReader, encode
 from drivers.serial_messages import Kind
 from rig.errors import DeviceError
+from rig.transcript import ongoing
 
 READ_S, REPLY_S, WRITE_S, QUIET_S = 0.01, 0.5, 2.0, 0.05
 TRIES = 3
@@ -33,6 +34,7 @@ class SerialLink:
     def __init__(self, port: str, baud: int) -> None:
         """Open ``port`` and lock out others; raise DeviceError when that fails."""
         self.port, self.bytes_per_s, self._baud = port, baud / 10, baud
+        self._transcript = ongoing()
         self._port = self._opened()
         self._gone_s: float | None = None
         self._greeting, self._woken = TRIES, False
@@ -63,7 +65,9 @@ class SerialLink:
     def send(self, *frames: Frame) -> None:
         """Send ``frames``; raise DeviceError when the port takes nothing or is gone."""
         with self._crossing():
-            self._port.write(b"".join(map(encode, frames)))
+            data = b"".join(map(encode, frames))
+            self._transcript.sent(data)
+            self._port.write(data)
 
     def receive(self, gather_s: float = 0.0) -> list[Frame]:
         """Return the frames that arrived, but for replies; wait ``READ_S`` when there are none.
@@ -171,10 +175,10 @@ class SerialLink:
             data = self._port.read(max(1, self._port.in_waiting))
             if data:
                 data += self._rest()
+        self._transcript.received(data)
         frames = self._reader.feed(data)
         self._inbox.extend(frames)
         return frames
-
 
     def _rest(self) -> bytes:
         """Return what else is there, past pyserial: it asks the system three times for every 4 kB."""

@@ -13,6 +13,7 @@ from typing import Any, ClassVar, final
 
 from drivers.visa_resource import opened, told
 from rig.errors import DeviceError, UsageError
+from rig.transcript import ongoing
 
 SLICE_S, FLOOD_S = 0.05, 2.0
 PIECE = 4096
@@ -34,6 +35,7 @@ class VisaWire(ABC):
         """Open the resource of this name."""
         self.name = resource_name
         self._kept, self._more = b"", False
+        self._transcript = ongoing()
         self._open()
 
     @abstractmethod
@@ -93,7 +95,9 @@ class VisaWire(ABC):
         """Return up to ``count`` bytes, fewer when the time is over, with pyvisa-py's own rules of when to stop."""
         with told(self.name):
             self._resource.timeout = max(1.0, 1000 * timeout_s)
-            return bytes(self._session.read(count)[0])
+            data = bytes(self._session.read(count)[0])
+        self._transcript.received(data)
+        return data
 
     @final
     def _silent(self, missing: str, timeout_s: float) -> DeviceError:
@@ -109,6 +113,7 @@ class SocketWire(VisaWire):
     def send(self, data: bytes, timeout_s: float) -> None:
         """Send ``data`` in pieces, each when there is room for it."""
         deadline = time.monotonic() + timeout_s
+        self._transcript.sent(data)
         for start in range(0, len(data), PIECE):
             with told(self.name):
                 self._await_room(deadline)
@@ -192,6 +197,7 @@ class UsbtmcWire(VisaWire):
 
     def send(self, data: bytes, timeout_s: float) -> None:
         """Send ``data`` as one message."""
+        self._transcript.sent(data)
         with told(self.name):
             self._resource.timeout = max(1.0, 1000 * timeout_s)
             self._session.write(data)

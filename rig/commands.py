@@ -69,10 +69,11 @@ def check(protocol: str, device: str | None, rig: str | None, plot: str | None, 
 @device_option
 @played_rig_option
 @click.option("--out", metavar="RUN.h5", help="The recording; else the protocol's name, here.")
+@click.option("--transcript", is_flag=True, help="Keep the bytes that cross the wire, first and last 512 KiB.")
 @overwrite_option
 @quiet_option
 def run(
-    protocol: str, device: str | None, rig: str | None, out: str | None, overwrite: bool, quiet: bool,
+    protocol: str, device: str | None, rig: str | None, out: str | None, transcript: bool, overwrite: bool, quiet: bool,
 ) -> None:  # fmt: skip
     """Play PROTOCOL and record.
 
@@ -81,12 +82,15 @@ def run(
     from pathlib import Path
 
     from rig import narration, session, terminal
+    from rig.transcript import taken
 
     out = out or f"{Path(protocol).stem}.h5"
     check_destinations(out)
-    with terminal.counted("recording", quiet) as progress:
+    with terminal.counted("recording", quiet) as progress, taken(transcript):
         done = session.record(protocol, device, out, progress, overwrite, rig)
     say(narration.recorded(done))
+    if transcript:
+        say(narration.transcribed(done))
     if done.outcome.failure is not None:
         raise done.outcome.failure
 

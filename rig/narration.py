@@ -99,6 +99,14 @@ def recorded(done: "Recorded") -> Iterator[str]:
         yield f"  retried: give all of {' '.join(map(str, done.paths))} to `rig identify` and `rig explain`"
 
 
+def transcribed(done: "Recorded") -> Iterator[str]:
+    """Tell where what crossed the wire is kept."""
+    for segment in done.segments:
+        kept = bool(segment.recording.transcript)
+        yield (f"  {segment.path}: what crossed the wire is its dataset `transcript`" if kept else
+               f"  {segment.path}: no transcript, nothing crossed a wire or it found no room")
+
+
 def calibrated(done: "Calibrated") -> Iterator[str]:
     """Tell what a cable told, and where it is kept."""
     found = done.calibration

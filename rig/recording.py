@@ -266,8 +266,8 @@ def _by_field(inputs: Mapping[str, Samples]) -> dict[str, Any]:
 
 def _reason(error: Exception) -> str:
     """Return the operating system's word for what went wrong, out of h5py's where it is only there."""
-    text = str(error).splitlines()[0]
+    text = str(error)
     quoted = re.search(r"error message = '([^']*)'", text)
     told = error.strerror if isinstance(error, OSError) else None
-    return quoted[1] if quoted else told or text
+    return quoted[1] if quoted else (told or text).partition("\n")[0]
 

@@ -19,6 +19,7 @@ from rig.recorded import VOLTAGES, Equipment, Recording
 from rig.recording import Writer
 from rig.references import is_file, packaged
 from rig.rigfile import RigFile
+from rig.transcript import ongoing
 from rig.units import exact
 from rig.yamlfile import parse_yaml
 
@@ -133,7 +134,11 @@ def _segment(
     known = replace(found, calibration=kept_for(found, plan.rate_hz, now()))
     with Writer(out, plan, known, u, overwrite) as writer:
         outcome = runner.run(plan, device, writer, progress)
-        recording = writer.finish(outcome.complete, outcome.reason, outcome.events)
+        try:
+            recording = writer.finish(outcome.complete, outcome.reason, outcome.events, ongoing().text())
+        except FileError as error:
+            raise outcome.failure or IncompleteError("the recording cannot be read back", where=str(out),
+                                                     value=str(error), do="see what became of its folder") from error
     return Segment(out, recording, _as_kept(outcome, recording, out))
 
 

@@ -1,0 +1,225 @@
+"""Does a recording open, with all that was acknowledged, whenever its program is killed?
+
+    python -m tests.benchmarks.killed_writer 200           # kills, over all phases of writing
+    python -m tests.benchmarks.killed_writer 50 swmr       # the same of HDF5's own single writer, multiple readers
+
+A process creates a recording where an earlier one stands, appends to it in blocks of any size, and finishes it. It is
+killed (SIGKILL) at a random moment of a phase: while the file is created, while it grows, while it is finished and
+moved. What it reported to have written before must be there, to the last bit; plain h5py must open the file, and `rig
+verify` must call it intact. ``swmr`` writes chunked datasets with a flush after every block instead.
+"""
+
+import random
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from itertools import pairwise
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from rig.errors import FileError
+from rig.plan import Limits, Plan
+from rig.recorded import Entry, Equipment
+from rig.recording import Writer, read
+from rig.verifying import verify
+
+PHASES = ("creating", "growing", "finishing")
+SIZE = 300_000
+BLOCKS = (1, 9_000)  # samples
+EARLIER = "an earlier recording"
+Write = Callable[[str, Connection, int], None]
+
+
+@dataclass(frozen=True)
+class Killed:
+    """One kill: what was acknowledged before, what is there, and what is wrong with it, empty when nothing is."""
+
+    phase: str
+    acknowledged: int
+    there: int
+    reason: str
+    wrong: str
+    left: bool = False
+
+
+def y_of(size: int, seed: int) -> np.ndarray:
+    """Return the readings of a run."""
+    return np.random.default_rng(seed).standard_normal(size)
+
+
+def blocks_of(size: int, seed: int) -> Iterator[tuple[int, int]]:
+    """Yield stretches of any length; between some of them samples are lost."""
+    drawn, start = random.Random(seed), 0
+    while start < size:
+        stop = min(start + drawn.randint(*BLOCKS), size)
+        yield start, stop
+        start = min(stop + drawn.choice([0, 0, 0, 7]), size)
+
+
+def write_recording(path: str, reports: Connection, seed: int) -> None:
+    """Record a run in place of the earlier one, and say how far it is."""
+    plan, y = Plan("killed", np.zeros(SIZE), 1e4, (), Limits(-1, 1)), y_of(SIZE, seed)
+    reports.send("creating")
+    writer = Writer(path, plan, Equipment("loopback:"), overwrite=True)
+    reports.send("growing")
+    for start, stop in blocks_of(SIZE, seed):
+        writer.append(start, y[start:stop])
+        reports.send(stop)
+    reports.send("finishing")
+    writer.finish(True, "all there")
+    reports.send("done")
+
+
+def write_swmr(path: str, reports: Connection, seed: int) -> None:
+    """Do the same with HDF5's own mode for files that are read while they grow."""
+    y = y_of(SIZE, seed)
+    reports.send("creating")
+    with h5py.File(path, "w", libver="latest") as file:
+        dataset = file.create_dataset("y", (0,), np.float64, maxshape=(None,), chunks=(1 << 13,))
+        file.swmr_mode = True
+        reports.send("growing")
+        for start, stop in blocks_of(SIZE, seed):
+            dataset.resize((stop,))
+            dataset[start:stop] = y[start:stop]
+            dataset.flush()
+            reports.send(stop)
+        reports.send("finishing")
+    reports.send("done")
+
+
+def kills(count: int, write: Write = write_recording, seed: int = 0) -> Iterator[Killed]:
+    """Kill ``count`` writers, the phases in turn."""
+    drawn = random.Random(seed)
+    context = get_context("forkserver")
+    context.set_forkserver_preload(["rig.verifying"])
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "run.h5"
+        lasts_s = lengths(context, path, write)
+        for number in range(count):
+            phase = PHASES[number % len(PHASES)]
+            earlier(path)
+            reports = until_killed(context, path, write, number, phase, drawn.uniform(0.0, 1.1 * lasts_s[phase]))
+            yield (looked_at if write is write_recording else looked_at_swmr)(path, number, reports)
+            Path(f"{path}.part").unlink(missing_ok=True)
+
+
+def earlier(path: Path) -> None:
+    """Put a finished recording where the run is to be."""
+    with Writer(path, Plan(EARLIER, np.zeros(9), 1e4, (), Limits(-1, 1)), Equipment("x"), overwrite=True) as writer:
+        writer.append(0, np.ones(9))
+        writer.finish(True, EARLIER)
+
+
+def lengths(context: object, path: Path, write: Write) -> dict[str, float]:
+    """Return how long each phase takes, s, of a run that nobody kills, the second of two."""
+    for _ in range(2):
+        earlier(path)
+        receiver, process = started(context, path, write, 0)
+        times = [(said, time.monotonic()) for said in all_of(receiver) if isinstance(said, str)]
+        process.join()
+    return {said: after - at for (said, at), (_, after) in pairwise(times)}
+
+
+def started(context: object, path: Path, write: Write, seed: int) -> tuple[Connection, object]:
+    """Start a writer; return where it reports, and its process."""
+    receiver, sender = context.Pipe(duplex=False)
+    process = context.Process(target=write, args=(str(path), sender, seed))
+    process.start()
+    sender.close()
+    return receiver, process
+
+
+def all_of(receiver: Connection) -> Iterator[object]:
+    """Yield what a process says until it ends."""
+    with suppress(EOFError):
+        while True:
+            yield receiver.recv()
+
+
+def until_killed(context: object, path: Path, write: Write, seed: int, phase: str, after_s: float) -> list[object]:
+    """Kill a writer so long after a phase began; return all it had reported."""
+    receiver, process = started(context, path, write, seed)
+    said = []
+    for report in all_of(receiver):
+        said.append(report)
+        if report == phase:
+            break
+    time.sleep(after_s)
+    process.kill()
+    process.join()
+    return [*said, *all_of(receiver)]
+
+
+def looked_at(path: Path, seed: int, reports: list[object]) -> Killed:
+    """Return what is left of a run, and what is wrong with it."""
+    acknowledged = max((said for said in reports if isinstance(said, int)), default=0)
+    phase = next((name for name in ("done", *reversed(PHASES)) if name in reports), "starting")
+    left = Path(f"{path}.part").exists()
+    try:
+        with h5py.File(path, "r") as file:
+            file["y"][:]
+        found, verified = read(path), verify(path)
+    except (FileError, OSError, KeyError) as error:
+        return Killed(phase, acknowledged, 0, "", f"does not open: {error}", left)
+    if not verified.intact:
+        return Killed(phase, acknowledged, 0, found.reason, f"not intact: {verified.findings}", left)
+    if found.title == EARLIER:
+        return Killed(phase, acknowledged, 0, found.reason, "lost" if "growing" in reports else "", left)
+    return Killed(phase, acknowledged, *compared(found, seed, acknowledged), left)
+
+
+def compared(found: object, seed: int, acknowledged: int) -> tuple[int, str, str]:
+    """Return how far a recording goes, its reason, and how it differs from what was sent."""
+    expected = np.full(SIZE, Entry.NOT_RECEIVED, dtype=np.uint8)
+    there = int(np.flatnonzero(found.ledger)[-1]) + 1 if found.ledger.any() else 0
+    expected[:there] = Entry.LOST
+    for start, stop in blocks_of(SIZE, seed):
+        expected[start : max(start, min(stop, there))] = Entry.RECORDED
+    y = np.where(expected == Entry.RECORDED, y_of(SIZE, seed), np.nan)
+    same = np.array_equal(found.ledger, expected) and np.array_equal(found.y[:], y, equal_nan=True)
+    wrong = "" if same and there >= acknowledged else f"{there} of {acknowledged} acknowledged, as sent: {same}"
+    told = found.complete == (found.reason == "all there")
+    return there, found.reason, wrong if told else f"complete: {found.complete}, because: {found.reason}"
+
+
+def looked_at_swmr(path: Path, seed: int, reports: list[object]) -> Killed:
+    """Return what is left of a file in HDF5's own mode."""
+    acknowledged = max((said for said in reports if isinstance(said, int)), default=0)
+    phase = next((name for name in ("done", *reversed(PHASES)) if name in reports), "starting")
+    try:
+        with h5py.File(path, "r") as file:
+            y = file["y"][:]
+    except (OSError, KeyError) as error:
+        return Killed(phase, acknowledged, 0, "", str(error).partition("(")[2][:70])
+    if "growing" in reports and y.size < acknowledged:
+        return Killed(phase, acknowledged, y.size, "", "samples lost")
+    return Killed(phase, acknowledged, y.size, "", "")
+
+
+def table(found: list[Killed]) -> str:
+    """Return the figures of all kills."""
+    lines = [f"{len(found)} kills, {sum(not one.wrong for one in found)} files open with all that was acknowledged", "",
+             "| killed while | kills | good | samples acknowledged | there | left a part beside |",
+             "|---|---|---|---|---|---|"]
+    for phase in ("starting", *PHASES, "done"):
+        ours = [one for one in found if one.phase == phase]
+        if ours:
+            lines.append(f"| {phase} | {len(ours)} | {sum(not one.wrong for one in ours)} | "
+                         f"{sum(one.acknowledged for one in ours)} | {sum(one.there for one in ours)} | "
+                         f"{sum(one.left for one in ours)} |")
+    reasons = sorted({one.reason for one in found if one.reason})
+    return "\n".join([*lines, "", f"reasons: {'; '.join(reasons)}",
+                      *sorted({f"WRONG while {one.phase}: {one.wrong}" for one in found if one.wrong})])
+
+
+if __name__ == "__main__":
+    everything = list(kills(int(sys.argv[1]), write_swmr if "swmr" in sys.argv[2:] else write_recording))
+    print(table(everything))
+    sys.exit(any(one.wrong for one in everything))
