@@ -111,7 +111,8 @@ def load(file: h5py.File, name: str, *, intact: bool, live: bool = False) -> Rec
         further={name: _signal(dataset, position, live) for name, dataset in file.get(FURTHER, {}).items()},
         protocol_text=file["protocol"].asstr()[()], rig_text=file["rig"].asstr()[()],
         transcript=_text(file, "transcript"), origin=origin, steps=tuple(Step(*row) for row in _rows(file["steps"])),
-        events=tuple(Event(*row) for row in _rows(file["events"])), **{key: root[key] for key in ROOT},
+        events=tuple(Event(*row) for row in _rows(file["events"])), looked_at=intact and position is None,
+        **{key: root[key] for key in ROOT},
     )
 
 
