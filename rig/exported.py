@@ -56,7 +56,7 @@ def restored(table: Table, path: Path, folder: Path | None = None) -> Recording:
             raise _changed(table, f"the values of {name}")
     try:
         recording = replace(_recording(note["recording"], found, ledger), name=path.stem)
-    except (KeyError, TypeError, ValueError) as error:
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise _changed(table, "the note of the recording") from error
     if times is not None:
         _check_times(table, recording, times)
@@ -102,6 +102,8 @@ def _read_note(table: Table) -> dict[str, Any]:
         raise FileError("exported by another version of this program", where=table.where, value=str(schema)[:80],
                         allowed=SCHEMA, do="import it with the version that wrote it")
     if _digest_of(note) != told:
+        raise _changed(table, "the note of the recording")
+    if not isinstance(note.get("sha256"), dict) or not {"u", "y", "ledger"} <= note["sha256"].keys():
         raise _changed(table, "the note of the recording")
     return dict(note)
 

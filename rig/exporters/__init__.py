@@ -9,6 +9,8 @@ from rig.exporters import as_mat, as_npz, as_text
 from rig.recorded import Recording
 from rig.recording import read
 
+UNWRITABLE = (OSError, RuntimeError)
+"""What h5py raises when a disk is full."""
 KINDS: dict[str, Callable[[Path, Recording], None]] = {"csv": as_text.put, "mat": as_mat.put, "npz": as_npz.put}
 """What writes a recording to a path, by stretches, by the kind of file."""
 
@@ -28,8 +30,9 @@ def export(run: str | Path, kind: str, path: Path, overwrite: bool = False) -> R
         with part.open("rb") as file:
             os.fsync(file.fileno())
         part.replace(path)
-    except OSError as error:
-        raise FileError("cannot be written", where=str(path), value=error.strerror or str(error)) from error
+    except UNWRITABLE as error:
+        told = error.strerror if isinstance(error, OSError) else None
+        raise FileError("cannot be written", where=str(path), value=told or str(error).splitlines()[0]) from error
     finally:
         part.unlink(missing_ok=True)
     return recording

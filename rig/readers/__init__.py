@@ -1,6 +1,5 @@
 """Which reader opens a file of another program? Told from the first bytes of the file, whatever its name."""
 
-import zipfile
 from pathlib import Path
 
 from rig.errors import FileError, UsageError
@@ -35,7 +34,7 @@ def _read(path: Path, start: bytes, full_scale_v: float | None) -> Table:
         return wav.read_wav(path, full_scale_v)
     if full_scale_v is not None:
         raise UsageError("full scale is of WAV files", where=str(path), do="leave --full-scale out")
-    if start.startswith(npz.MAGIC) or zipfile.is_zipfile(path):
+    if start.startswith((npz.ARRAY, npz.ARCHIVE)):
         return npz.read_numpy(path)
     return _with_library(path, start)
 

@@ -16,8 +16,8 @@ from rig.readers.arrays import ArrayTable, Stand, Values, check_packing, columns
 from rig.readers.heading import Heading
 from rig.readers.table import NOTE
 
-LARGEST = 1 << 26
-"""Values of a variable: 512 MB."""
+LARGEST = 1 << 25
+"""Values of a variable: 256 MB."""
 KINDS = {"double": "f8", "single": "f4", "logical": "u1", "int8": "i1", "int16": "i2", "int32": "i4", "int64": "i8",
          "uint8": "u1", "uint16": "u2", "uint32": "u4", "uint64": "u8"}  # fmt: skip
 """Classes of variables that are numbers, with what they are in memory."""

@@ -18,7 +18,8 @@ from rig.readers.arrays import ArrayTable, Stand, Values, check_packing, columns
 from rig.readers.heading import Heading
 from rig.readers.table import NOTE
 
-MAGIC = b"\x93NUMPY"
+ARRAY, ARCHIVE = b"\x93NUMPY", b"PK\x03\x04"
+"""How a file of one array begins, and how an archive of several."""
 SUFFIX = ".npy"
 LONGEST_TEXT = 1 << 28  # bytes
 AT_ONCE = 1 << 16  # rows
@@ -68,8 +69,9 @@ def read_numpy(path: Path) -> NumpyTable:
 
 def _members(path: Path) -> dict[str, int]:
     """Return the names of the arrays in a file, and the bytes that each takes there."""
-    if not zipfile.is_zipfile(path):
-        return {"": path.stat().st_size}
+    with path.open("rb") as file:
+        if file.read(len(ARRAY)) == ARRAY:
+            return {"": path.stat().st_size}
     with zipfile.ZipFile(path) as archive:
         return {member.filename.removesuffix(SUFFIX): member.compress_size for member in archive.infolist()
                 if member.filename.endswith(SUFFIX)}

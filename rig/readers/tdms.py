@@ -4,6 +4,7 @@ A channel is called ``GROUP/CHANNEL``. Its waveform properties are the time base
 scales that are kept with it are applied, which is said.
 """
 
+import logging
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from nptdms import TdmsFile
+from nptdms.log import log_manager
 
 from identify.trace import blocks
 from rig.readers.arrays import ArrayTable, Stand, Values, check_packing
@@ -37,6 +39,7 @@ class TdmsTable(ArrayTable):
 
 def read_tdms(path: Path) -> TdmsTable:
     """Return the table; raise ValueError and its like for a damaged file."""
+    log_manager.set_level(logging.CRITICAL)  # what it warns of on stderr is told here, or an error below
     with TdmsFile.open(path) as file:
         channels = [channel for group in file.groups() for channel in group.channels()]
         cut = file.file_status.incomplete_final_segment
