@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from rig import conversion_commands, device_commands, recording_commands
+from rig import batch_commands, conversion_commands, device_commands, recording_commands
 from rig.typed import (
     calibration_option,
     check_destinations,
@@ -28,7 +28,7 @@ from rig.typed import (
     say,
 )
 
-__all__ = ["commands", "conversion_commands", "device_commands", "recording_commands"]
+__all__ = ["batch_commands", "commands", "conversion_commands", "device_commands", "recording_commands"]
 
 
 @command(
@@ -154,11 +154,12 @@ def identify(
     if knots is not None and borders != "curved":
         raise UsageError("--knots is of curved borders", value=str(knots), do="add --borders curved")
     check_destinations(json_to, report)
-    loaded = workflow.load(runs, rig, (), calibration)
+    asked = workflow.asked("identify", runs, rig, (), calibration, borders, knots)
+    loaded = workflow.load_asked(asked)
     with terminal.bar("identifying", quiet) as progress:
         found = workflow.identify_runs(loaded, progress, borders, knots)
     deliver(found, json_to, report, lambda: workflow.identification_html(found),
-            [*narration.incomplete(loaded), *narration.identified(found)], loaded.beside())
+            [*narration.incomplete(loaded), *narration.identified(found)], {**loaded.beside(), **asked.told()})
 
 
 @command("explain", "rig explain run.h5 --report run.html", "rig explain a.h5 b.h5 --hold-out c.h5 --json answer.json",
@@ -186,12 +187,14 @@ def explain(
     check_destinations(json_to, report)
     asked = followup.Asked(tuple(runs), rig, tuple(hold_out), followup.folder(separate, json_to, report, follow_up),
                            follow_up, calibration)
+    # what a device was asked meanwhile cannot be asked of the recordings again
+    made_from = {} if follow_up else workflow.asked("explain", runs, rig, hold_out, calibration).told()
     with terminal.bar("explaining", quiet) as progress:
         done = followup.explain(asked, workflow.part(progress, 0.0, 0.8 if report else 1.0))
         found = workflow.identify_improved(done.runs, done.told, workflow.part(progress, 0.8, 1.0)) if report else None
     deliver(done.told, json_to, report, lambda: workflow.explanation_html(done.told, found),
              [*narration.incomplete(done.runs), *narration.explained(done.told), *followup.words(done)],
-            {**done.runs.beside(), **done.to_dict()})
+            {**done.runs.beside(), **done.to_dict(), **made_from})
 
 
 @command("simulate", "rig simulate run.h5 --rig answer.json --out answer.csv", "rig simulate run.h5 --rig my_rig.yaml")

@@ -30,14 +30,14 @@ def checked(found: "Checked") -> Iterator[str]:
     yield f"{plan.title}: accepted, nothing was output"
     yield f"  question  {plan.question}"
     yield f"  device    {found.address} ({found.identity})"
-    yield f"  samples   {plan.u.size} at {show(plan.rate_hz, 'Hz')}, {_time(plan.duration_s)}, steps: {len(plan.steps)}"
+    yield f"  samples   {plan.u.size} at {show(plan.rate_hz, 'Hz')}, {span(plan.duration_s)}, steps: {len(plan.steps)}"
     yield f"  levels    {plan.u.min():.6g} to {show(float(plan.u.max()), 'V')}, peak {show(plan.peak_v, 'V')}"
     yield f"            limits {plan.limits.low_v:g} to {plan.limits.high_v:g} V, {_room(found)}"
     yield f"  slew      {show(plan.slew_v_per_s, 'V/s')}{_slew_limit(plan.limits.slew_v_per_s)}"
-    yield f"  safe end  {show(plan.safe_level_v, 'V')} in {_time(plan.ramp_s)}"
+    yield f"  safe end  {show(plan.safe_level_v, 'V')} in {span(plan.ramp_s)}"
     yield f"  needs     {_size(plan.memory_bytes)} of memory, {_size(plan.disk_bytes)} of disk"
     if can.buffer_samples is not None:
-        yield f"  buffer    {can.buffer_samples} samples in the device, {_time(can.buffer_samples / plan.rate_hz)}"
+        yield f"  buffer    {can.buffer_samples} samples in the device, {span(can.buffer_samples / plan.rate_hz)}"
     for note in plan.notes:
         yield f"  note      {note}"
 
@@ -71,7 +71,7 @@ def expected_lines(told: "Information") -> Iterator[str]:
 def designed(done: "Designed") -> Iterator[str]:
     """Tell what was written, how sure it makes the answer, and how that compares with the paper's protocol."""
     steps = len({step.label for step in done.plan.steps})
-    yield f"{done.path}: {steps} steps in {_time(done.plan.duration_s)} at {show(done.plan.rate_hz, 'Hz')}"
+    yield f"{done.path}: {steps} steps in {span(done.plan.duration_s)} at {show(done.plan.rate_hz, 'Hz')}"
     yield f"  expected 95 % intervals, noise {shown(done.told.noise_v, 'V', 3)} ({done.told.noise_from}):"
     yield f"    {'':<18} {'':<12} {'this':<14} {'Fig. 13':<14} {'narrower':<10} 30 % off"
     for row in done.rows:
@@ -125,7 +125,7 @@ def calibrated(done: "Calibrated") -> Iterator[str]:
 def imported(recording: "Recording", path: str) -> Iterator[str]:
     """Tell what a table became."""
     first = "at rest" if recording.initial == "rest" else "in motion"
-    length = _time(recording.u.size / recording.rate_hz)
+    length = span(recording.u.size / recording.rate_hz)
     yield f"{path}: {recording.u.size} samples at {show(recording.rate_hz, 'Hz')}, {length}"
     yield f"  u {_span(recording.u)}, {recording.intersample} between samples"
     yield f"  y {_span(recording.y)}, {first} at the first sample"
@@ -214,7 +214,7 @@ def _step_lines(steps: "Sequence[StepInformation]") -> Iterator[str]:
     for step in steps[:MOST_STEPS] if len(steps) > 1 else ():
         shares = sorted(step.shares.items(), key=lambda item: -item[1])[:2]
         told = ", ".join(f"{100.0 * share:.0f} % of {name}" for name, share in shares if share >= 0.01)
-        yield f"    {step.label} ({_time(step.time_s)})  {told or 'nothing'}"
+        yield f"    {step.label} ({span(step.time_s)})  {told or 'nothing'}"
     if len(steps) > MOST_STEPS:
         yield f"    and {len(steps) - MOST_STEPS} more"
 
@@ -262,7 +262,7 @@ def _finding(finding: "Finding") -> Iterator[str]:
         yield f"           would separate: {finding.would_separate}"
 
 
-def _time(seconds: float) -> str:
+def span(seconds: float) -> str:
     """Return a duration as a bench operator says it."""
     if seconds < 120.0:
         return shown(seconds, "s")

@@ -26,14 +26,27 @@ def check_folder(path: str | Path) -> Path:
     return Path(path)
 
 
+def make_folder(path: Path) -> None:
+    """Make a folder and those above it where they are not there; raise UsageError."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UsageError("the folder cannot be made", where=str(path), value=error.strerror) from error
+
+
 def write_text(path: str | Path, text: str) -> None:
     """Put ``text`` at ``path`` in one move, replacing what stood there; raise FileError."""
+    write_bytes(path, text.encode())
+
+
+def write_bytes(path: str | Path, held: bytes) -> None:
+    """Put ``held`` at ``path`` in one move, replacing what stood there; raise FileError."""
     path = Path(path)
     try:
         handle, part = tempfile.mkstemp(dir=path.resolve().parent, prefix=f".{path.name}.")
         try:
-            with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
-                file.write(text)
+            with os.fdopen(handle, "wb") as file:
+                file.write(held)
             Path(part).chmod(0o666 & ~_umask())
             Path(part).replace(path)
         except BaseException:

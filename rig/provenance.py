@@ -1,5 +1,6 @@
-"""Which program recorded this, and when: versions, the commit of the source, the clock of the host."""
+"""Which program recorded or computed this, and when: versions, the source and its commit, the clock of the host."""
 
+import hashlib
 import platform
 import subprocess
 from datetime import UTC, datetime
@@ -7,7 +8,11 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-PACKAGES = ("backlash-rig", "h5py", "numpy", "scipy", "numba")
+PACKAGES = ("backlash-rig", "h5py", "numpy", "scipy", "numba", "llvmlite")
+SOURCE = ("identify", "rig")
+"""Packages of this program that shape its numbers."""
+PLACE = ("system", "processor", "git_commit")
+"""What `program` says of the machine it is on; the rest is the same wherever it is installed."""
 
 
 def now() -> str:
@@ -29,6 +34,26 @@ def _versions() -> dict[str, str]:
 def software() -> dict[str, str]:
     """Return the versions of the program, of the libraries that shape its numbers, and of the system."""
     return dict(_versions())
+
+
+def program() -> dict[str, str]:
+    """Return what decides the bits of a computed number: software, the source itself, and the kind of processor.
+
+    Compiled loops and linear algebra are made for the processor at hand, and round differently on another.
+    """
+    from llvmlite.binding import get_host_cpu_name
+
+    return {**software(), "source": source_digest(), "git_commit": git_commit(), "processor": str(get_host_cpu_name())}
+
+
+@cache
+def source_digest() -> str:
+    """Return the SHA-256 of the program's own text: two sources of one version number are told apart."""
+    root, found = Path(__file__).resolve().parent.parent, hashlib.sha256()
+    for path in sorted(path for package in SOURCE for path in (root / package).rglob("*.py")):
+        found.update(f"{path.relative_to(root).as_posix()}\0".encode())
+        found.update(hashlib.sha256(path.read_bytes()).digest())
+    return found.hexdigest()
 
 
 @cache

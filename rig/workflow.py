@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from identify.trace import Array, Trace
-from rig.calibration import read_calibration
+from rig.calibration import Calibration, parse_calibration, read_calibration
 from rig.doubt import doubt_of
 from rig.errors import FileError, MisfitError, UsageError
 from rig.of_device import with_device
 from rig.outputs import json_text
 from rig.provenance import software
+from rig.question import Job, Named, Question
 from rig.recorded import Recording
 from rig.recording import read
 from rig.rigfile import RigFile, model_to_dict, model_to_yaml, parse_rig, read_rig
@@ -79,13 +80,43 @@ def load(
     ``calibration`` is of the device, where the recordings do not keep one. Raises FileError for a file that cannot be
     used, UsageError when nothing is left to fit.
     """
+    kept, held = kept_and_held(paths, hold_out)
+    named = None if rig is None else read_rig(shipped(rig))
+    return _loaded(kept, held, named, None if calibration is None else read_calibration(calibration))
+
+
+def asked(
+    job: Job, paths: Sequence[str | Path], rig: str | Path | None = None, hold_out: Sequence[str | Path] = (),
+    calibration: str | Path | None = None, borders: "Form | None" = None, knots: int | None = None,
+) -> Question:  # fmt: skip
+    """Return the question that is asked of recordings as they are now; raise FileError, UsageError."""
+    beside = Named.of(None if rig is None else shipped(rig)), Named.of(calibration)
+    return Question(job, (), (), *beside, borders, knots).of(*kept_and_held(paths, hold_out))
+
+
+def load_asked(question: Question) -> Runs:
+    """Return what a question is about; raise FileError for a file that cannot be used."""
+    kept, held = ([source.path for source in sources] for sources in (question.recordings, question.held_out))
+    rig, calibration = question.rig, question.calibration
+    return _loaded(kept, held, parse_rig(rig.text, rig.name) if rig else None,
+                   parse_calibration(calibration.text, calibration.name) if calibration else None)  # fmt: skip
+
+
+def kept_and_held(paths: Sequence[str | Path], hold_out: Sequence[str | Path]) -> tuple[list[Path], list[Path]]:
+    """Return the runs to fit and those held out, each once; raise UsageError when none is left to fit."""
     held = _distinct(hold_out)
     kept = [path for path in _distinct(paths) if path.resolve() not in {other.resolve() for other in held}]
     if not kept:
         raise UsageError("no run is left to fit", value=f"{len(held)} held out", do="hold out fewer of the runs")
+    return kept, held
+
+
+def _loaded(
+    kept: Sequence[Path], held: Sequence[Path], rig: RigFile | None, given: Calibration | None
+) -> Runs:
+    """Return the runs with the rig and the calibration that were named, else with their own."""
     recordings = {path: read(path) for path in (*kept, *held)}
-    found = _rig(recordings, rig)
-    given = None if calibration is None else read_calibration(calibration)
+    found = rig or _rig(recordings)
     traces = _named_apart([with_device(recording, given) for recording in recordings.values()])
     protocols = tuple(recording.protocol_text for recording in recordings.values())
     incomplete = tuple((trace.name, recording.reason)
@@ -193,10 +224,8 @@ def _distinct(paths: Sequence[str | Path]) -> list[Path]:
     return list({Path(path).resolve(): Path(path) for path in paths}.values())
 
 
-def _rig(recordings: dict[Path, Recording], rig: str | Path | None) -> RigFile:
-    """Return the rig named, or else the one that the recordings themselves carry; raise FileError."""
-    if rig is not None:
-        return read_rig(shipped(rig))
+def _rig(recordings: dict[Path, Recording]) -> RigFile:
+    """Return the rig that the recordings themselves carry; raise FileError."""
     carried = {recording.rig_text: path for path, recording in recordings.items() if recording.rig_text.strip()}
     if not carried:
         raise FileError("no rig is known for these recordings", where=", ".join(map(str, recordings)),

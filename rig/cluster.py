@@ -1,0 +1,108 @@
+"""How is work spread over a Dask cluster, whose workers come and go and read the recordings where they are?
+
+Orders are handed out a few at a time, so that a worker that dies has few of them: the scheduler gives those to another,
+and gives up an order that took several workers with it, which is then one failure.
+"""
+
+from collections.abc import Generator, Iterable, Iterator
+from contextlib import closing
+from queue import Empty, Queue
+from typing import TYPE_CHECKING
+
+from rig.errors import IncompleteError, RigError, UsageError
+from rig.provenance import program
+from rig.question import versions
+from rig.work import Do, Order, Outcome
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+CONNECT_S = 10.0
+ARRIVE_S = 60.0
+ALONE_S = 300.0
+AHEAD = 2
+"""Orders for every worker: one it does, and one on its way."""
+
+
+def outcomes(orders: Iterable[Order], address: str, do: Do) -> Generator[Outcome]:
+    """Yield what became of every order, as they end, on the cluster whose scheduler is at ``address``.
+
+    Raises UsageError where there is no such cluster or its workers run another program, IncompleteError when it goes.
+    """
+    with closing(_connected(address)) as client:
+        _check_workers(client, address)
+        yield from _done(client, iter(orders), address, do)
+
+
+def _connected(address: str) -> "Client":
+    """Return the line to a scheduler; raise UsageError."""
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise UsageError("Dask is not installed", where="--scheduler",
+                         do="pip install 'backlash-rig[cluster]', here and on the cluster") from error  # fmt: skip
+    try:
+        return Client(address, timeout=CONNECT_S, set_as_default=False)
+    except (OSError, ValueError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise UsageError("no Dask scheduler answers", where="--scheduler", value=f"{address}: {reason}",
+                         allowed="an address such as tcp://10.0.0.1:8786") from error  # fmt: skip
+
+
+def _check_workers(client: "Client", address: str) -> None:
+    """Raise UsageError where there are no workers, or they run another program than this."""
+    try:
+        client.wait_for_workers(1, timeout=ARRIVE_S)
+    except TimeoutError as error:
+        raise UsageError("the cluster has no worker", where=address, do="start some with 'dask worker'") from error
+    mine = versions(program())
+    for worker, theirs in client.run(program, on_error="return").items():
+        if isinstance(theirs, BaseException):
+            raise UsageError("a worker cannot run this program", where=worker, value=f"{theirs}",
+                             do="install it there, too") from theirs  # fmt: skip
+        other = [key for key, value in mine.items() if theirs.get(key) != value]
+        if other:
+            raise UsageError(f"a worker runs another program: {other[0]} differs", where=worker,
+                             value=theirs.get(other[0]), allowed=f"{mine[other[0]]}, as here") from None  # fmt: skip
+
+
+def _done(client: "Client", left: Iterator[Order], address: str, do: Do) -> Iterator[Outcome]:
+    """Yield outcomes while handing out what is left."""
+    ended: Queue[Future] = Queue()
+    under_way: dict[Future, Order] = {}  # a future that nobody holds is given up by the scheduler
+    while True:
+        room = AHEAD * max(len(client.nthreads()), 1) - len(under_way)
+        for _, order in zip(range(room), left, strict=False):
+            future = client.submit(do, order, pure=False)
+            under_way[future] = order
+            future.add_done_callback(ended.put)
+        if not under_way:
+            return
+        future = _next(ended, client, address)
+        yield _outcome(future, under_way.pop(future), address)
+
+
+def _next(ended: "Queue[Future]", client: "Client", address: str) -> "Future":
+    """Return the next order that ended; raise IncompleteError when no worker is left to end one."""
+    while True:
+        try:
+            return ended.get(timeout=ALONE_S)
+        except Empty as error:
+            if not client.nthreads():
+                raise _gone("the cluster lost all its workers", address) from error
+
+
+def _outcome(future: "Future", order: Order, address: str) -> Outcome:
+    """Return what became of an order that ended."""
+    if future.status == "finished":
+        outcome: Outcome = future.result()
+        return outcome
+    if future.status in ("cancelled", "lost"):
+        raise _gone("the cluster went away", address)
+    error = future.exception()
+    told = str(error) if isinstance(error, RigError) else f"{type(error).__name__}: {error}".splitlines()[0]
+    return Outcome(order.path, "failed", message=f"{order.path}: it failed on the cluster: {told}")
+
+
+def _gone(what: str, address: str) -> IncompleteError:
+    return IncompleteError(what, where=address, do="type the same line again later: what was answered is kept")

@@ -1,0 +1,92 @@
+"""Does `rig batch` go from files to answers and a table over processes, and do the answers come out again?"""
+
+import csv
+import json
+import signal
+import time
+from pathlib import Path
+
+import pytest
+
+from rig.cli import run_line
+from rig.reproduced import reproduced
+from tests.benchmarks.batch import recordings
+from tests.flow.console import Ended, refused, rig, start
+
+COUNT = 10
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with small recordings, one of them damaged."""
+    folder = tmp_path_factory.mktemp("batch")
+    recordings(folder / "runs", COUNT - 1)
+    damaged = bytearray((folder / "runs" / "r00000.h5").read_bytes())
+    damaged[len(damaged) // 2] ^= 1
+    (folder / "runs" / "bad.h5").write_bytes(damaged)
+    return folder
+
+
+def answers(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.glob("*.json")}
+
+
+def test_a_batch_is_killed_goes_on_and_ends_with_a_table(runs: Path) -> None:
+    line = ("batch", "runs/*.h5", "--job", "identify", "--out", "out", "--workers")
+    killed = start(*line, "2", cwd=runs)
+    until = time.monotonic() + 60.0
+    while len(answers(runs / "out")) < 3 and time.monotonic() < until:
+        time.sleep(0.005)
+    killed.send_signal(signal.SIGKILL)
+    killed.communicate()
+    before = answers(runs / "out")
+    stamps = {name: (runs / "out" / name).stat().st_mtime_ns for name in before}
+    assert 3 <= len(before) < COUNT
+    assert all(json.loads(text) for text in before.values())
+
+    ended = rig(*line, "1", cwd=runs)
+    assert ended.code == 1
+    failed_before = "bad.identify.json" in before
+    assert f"{COUNT} recordings: {COUNT - len(before) - (not failed_before)} answered now, " in ended.out
+    assert "bad.h5: damaged or truncated recording" in ended.out
+    assert ended.err.startswith(f"rig: not every recording has an answer: 1 of {COUNT}")
+    after = answers(runs / "out")
+    assert len(after) == COUNT
+    assert {name: (runs / "out" / name).stat().st_mtime_ns for name in before} == stamps
+    with (runs / "out" / "batch.identify.csv").open(newline="") as file:
+        rows = {Path(row["recording"]).name: row for row in csv.DictReader(file)}
+    assert rows.pop("bad.h5")["status"] == "failed"
+    assert {row["status"] for row in rows.values()} == {"answered"}
+    ends = [(float(row["S_L_low95"]), float(row["S_L"]), float(row["S_L_high95"])) for row in rows.values()]
+    assert all(1.8 < low <= value <= high < 2.2 for low, value, high in ends)
+
+
+def test_an_answer_of_a_batch_and_one_of_a_command_are_reproduced_to_the_last_bit(runs: Path) -> None:
+    assert run_line(["identify", str(runs / "runs" / "r00001.h5"), "--json", str(runs / "mine.json")]) == 0
+    batched = json.loads((runs / "out" / "r00001.identify.json").read_text())
+    mine = json.loads((runs / "mine.json").read_text())
+    assert mine == batched
+    found = reproduced(runs / "out" / "r00003.identify.json", [runs / "runs"])
+    assert (found.differences, dict(found.changes)) == ((), {})
+    assert found.numbers > 100
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        (("none/*.h5", "--job", "identify"), ("none/*.h5: no recording is found",)),
+        (("runs/*.h5", "--job", "identify", "--table", "t.xls"), ("allowed: .csv, .parquet",)),
+        (("runs/*.h5", "--job", "identify", "--out", "runs/bad.h5"), ("the folder cannot be made",)),
+        (("runs/*.h5", "--job", "identify", "--scheduler", "tcp://127.0.0.1:1"), ("no Dask scheduler answers",)),
+        (("runs/*.h5", "--job", "identify", "--scheduler", "x", "--workers", "1"), ("--workers is of this machine",)),
+        (("runs/*.h5", "--job", "identify", "--rig", "no.yaml"), ("no.yaml: no such file",)),
+    ],
+)
+def test_what_makes_no_sense_is_refused_in_one_message(
+    runs: Path, line: tuple[str, ...], words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    monkeypatch.chdir(runs)
+    monkeypatch.setattr("rig.cluster.CONNECT_S", 0.2)
+    code = run_line(["batch", *line])
+    refused(Ended(code, *capsys.readouterr()), 2, *words)
