@@ -124,7 +124,7 @@ class QuestionForm(Form):
     rig: NamedForm | None
     calibration: NamedForm | None
     borders: Literal["straight", "curved"] | None
-    knots: int | None
+    knots: int | None = Field(ge=3, le=60)
     program: dict[str, str]
 
 

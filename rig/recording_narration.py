@@ -1,4 +1,4 @@
-"""How is it told in plain words what a recording on the disk is worth?"""
+"""How is it told in plain words what a recording on the disk is worth, or an answer?"""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
@@ -7,7 +7,28 @@ from rig.recorded import Entry
 from rig.units import show
 
 if TYPE_CHECKING:
+    from rig.reproduced import Reproduced
     from rig.verifying import Verified
+
+LISTED = 10  # differences told one by one
+
+
+def checked(found: "Verified | Reproduced") -> Iterator[str]:
+    """Tell what became of a recording or of an answer."""
+    from rig.verifying import Verified
+
+    return verified(found) if isinstance(found, Verified) else reproduced(found)
+
+
+def reproduced(found: "Reproduced") -> Iterator[str]:
+    """Tell whether an answer came out again, how exactly, and of what other program it is."""
+    yield f"{found.path}: {'reproduced' if found.intact else 'COMES OUT OTHERWISE'}"
+    yield from (f"  different {sentence}" for sentence in found.findings[:LISTED])
+    if len(found.findings) > LISTED:
+        yield f"  different and {len(found.findings) - LISTED} more"
+    exact = "to the last bit" if not found.differences else f"{len(found.differences)} of them not to the last bit"
+    yield f"  compared  {found.numbers} numbers and words, {exact}; allowed {found.allowed or 'no difference'}"
+    yield from (f"  program   {key} was {then}, is {now}" for key, (then, now) in found.changes.items())
 
 
 def verified(found: "Verified") -> Iterator[str]:

@@ -6,6 +6,7 @@ The recordings are sought by name and taken by SHA-256; no path that stands in t
 import json
 import math
 import re
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal
@@ -16,6 +17,7 @@ from rig.errors import FileError
 from rig.provenance import program
 from rig.question import KEY, Asked, Source, asked
 from rig.reanalysis import FAILURE, answered
+from rig.references import is_file
 from rig.workflow import Progress
 from rig.yamlfile import parse_json, read_text
 
@@ -28,6 +30,7 @@ ROUNDED, LAST_DIGIT = 15, 1.5
 small may tip the last digit, which has so many units of room."""
 IN_JSON, IN_WORDS = 6, 1
 """Digits that a rounded number has at least."""
+SHOWN = 80
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 
 
@@ -47,13 +50,39 @@ class Difference:
 
 @dataclass(frozen=True)
 class Reproduced:
-    """An answer made again: how many numbers it has, what came out otherwise, and what is not the same program."""
+    """An answer made again: how many numbers and words it has, what came out otherwise, how the program differs."""
 
     path: Path
     asked: Asked
     numbers: int
     differences: tuple[Difference, ...]
     changes: Mapping[str, tuple[str, str]]
+
+    @property
+    def intact(self) -> bool:
+        """Return whether the answer came out again."""
+        return not self.beyond
+
+    @property
+    def findings(self) -> tuple[str, ...]:
+        """Return what came out otherwise, the largest difference first."""
+        return tuple(f"{d.where}: {_shown(d.stored)} is stored, {_shown(d.now)} comes out now" for d in self.beyond)
+
+    @property
+    def refusal(self) -> tuple[str, str]:
+        """Return what is wrong where something is, and what to do."""
+        return "the answer comes out otherwise", "take it for changed, or make it again"
+
+    def to_dict(self) -> dict[str, object]:
+        """Return this as it stands in the JSON of ``rig verify``."""
+        worst = max((d.relative for d in self.differences if math.isfinite(d.relative)), default=0.0)
+        return {
+            "file": str(self.path), "verdict": "reproduced" if self.intact else "different",
+            "findings": list(self.findings), "job": self.asked.question.job, "compared": self.numbers,
+            "different": len(self.differences), "largest_relative_difference": worst,
+            "allowed_relative_difference": self.allowed,
+            "program": {key: {"then": then, "now": now} for key, (then, now) in self.changes.items()},
+        }  # fmt: skip
 
     @property
     def allowed(self) -> float:
@@ -110,14 +139,13 @@ def _sources(made: Asked) -> tuple[Source, ...]:
 def _sought(source: Source, answer: Path, folders: Sequence[str | Path]) -> Source:
     """Return the recording of these bytes, where it is now; raise FileError."""
     name = source.path.name
-    beside = [answer.parent / name] if name else []
-    below = [path for folder in folders for path in sorted(Path(folder).rglob(name))] if name else []
-    for path in (*beside, *below):
-        if path.is_file() and Source.of(path).sha256 == source.sha256:
+    below = [path for folder in folders for path in sorted(Path(folder).rglob("*")) if path.name == name]
+    seen = [path for path in (answer.parent / name, *below) if is_file(path)]
+    for path in seen:
+        if Source.of(path).sha256 == source.sha256:
             return Source(path, source.sha256)
-    seen = next((path for path in (*beside, *below) if path.is_file()), None)
-    if seen is not None:
-        raise FileError("the recording is no longer the one the answer was made from", where=str(seen),
+    if seen:
+        raise FileError("the recording is no longer the one the answer was made from", where=str(seen[0]),
                         allowed=f"SHA-256 {source.sha256}", do="find that one, or make the answer again")  # fmt: skip
     raise FileError("the recording of this answer is not found", where=str(answer), value=name,
                     do="name the folder it is in with --recordings")  # fmt: skip
@@ -143,11 +171,23 @@ def _difference(where: str, stored: Any, now: Any) -> Difference:
     if isinstance(stored, str) and isinstance(now, str) and NUMBER.sub("", stored) == NUMBER.sub("", now):
         said = [map(float, NUMBER.findall(text)) for text in (stored, now)]
         pairs, least = list(zip(*said, strict=True)), IN_WORDS
-    if not all(isinstance(value, int | float) and not isinstance(value, bool) for pair in pairs for value in pair):
+    if not all(_is_number(value) for pair in pairs for value in pair):
         return Difference(where, stored, now, math.inf)
     off = [abs(one - other) / max(abs(one), abs(other)) for one, other in pairs if one != other]
     tipped = all(_in_last_digit(one, other, least) for one, other in pairs)
     return Difference(where, stored, now, max(off, default=math.inf), tipped)
+
+
+def _is_number(value: object) -> bool:
+    """Return whether a value is a number that JSON has a form for and a float takes."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return abs(value) <= sys.float_info.max
+
+
+def _shown(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= SHOWN else f"{text[: SHOWN - 3]}..."
 
 
 def _in_last_digit(one: float, other: float, least: int) -> bool:

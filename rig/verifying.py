@@ -9,9 +9,10 @@ import os
 import resource
 import subprocess
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import h5py
 
@@ -53,6 +54,11 @@ class Verified:
         """Return whether nothing is damaged."""
         return not self.findings
 
+    @property
+    def refusal(self) -> tuple[str, str]:
+        """Return what is wrong where something is, and what to do."""
+        return "damaged", "use a copy, or record again"
+
     def to_dict(self) -> dict[str, Any]:
         """Return this as it stands in the JSON of ``rig verify``."""
         run = self.recording
@@ -79,18 +85,41 @@ def verify(path: str | Path, *, locate: bool = True) -> Verified:
     return replace(found, findings=(*found.findings, *_looked_into(path))) if locate and not found.opened else found
 
 
-def to_json(found: list[Verified]) -> str:
+class Checked(Protocol):
+    """What became of one file, a recording or an answer: ``findings`` say what is wrong with it."""
+
+    @property
+    def path(self) -> Path:
+        """Return where it is."""
+
+    @property
+    def intact(self) -> bool:
+        """Return whether nothing is wrong."""
+
+    @property
+    def findings(self) -> tuple[str, ...]:
+        """Return what is wrong, in sentences."""
+
+    @property
+    def refusal(self) -> tuple[str, str]:
+        """Return in one word what a file with findings is, and what to do with it."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return this as it stands in the JSON of ``rig verify``."""
+
+
+def to_json(found: Sequence[Checked]) -> str:
     """Return the JSON of ``rig verify``."""
     verdict = "intact" if all(one.intact for one in found) else "damaged"
     return json_text({"schema": "rig.verify/1", "verdict": verdict, "files": [one.to_dict() for one in found]})
 
 
-def refuse_damaged(found: list[Verified]) -> None:
-    """Raise RefusedError where any of these is damaged."""
+def refuse_damaged(found: Sequence[Checked]) -> None:
+    """Raise RefusedError where any of these is damaged, or comes out otherwise."""
     damaged = [one for one in found if not one.intact]
     if damaged:
-        raise RefusedError("damaged", where=", ".join(str(one.path) for one in damaged), value=damaged[0].findings[0],
-                           do="use a copy, or record again")
+        what, do = damaged[0].refusal
+        raise RefusedError(what, where=", ".join(str(one.path) for one in damaged), value=damaged[0].findings[0], do=do)
 
 
 def _verified(path: Path, found: Seal) -> Verified:

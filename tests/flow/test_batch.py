@@ -2,6 +2,7 @@
 
 import csv
 import json
+import math
 import signal
 import time
 from pathlib import Path
@@ -9,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from rig.cli import run_line
-from rig.reproduced import reproduced
 from tests.benchmarks.batch import recordings
 from tests.flow.console import Ended, refused, rig, start
 
@@ -61,14 +61,26 @@ def test_a_batch_is_killed_goes_on_and_ends_with_a_table(runs: Path) -> None:
     assert all(1.8 < low <= value <= high < 2.2 for low, value, high in ends)
 
 
-def test_an_answer_of_a_batch_and_one_of_a_command_are_reproduced_to_the_last_bit(runs: Path) -> None:
-    assert run_line(["identify", str(runs / "runs" / "r00001.h5"), "--json", str(runs / "mine.json")]) == 0
-    batched = json.loads((runs / "out" / "r00001.identify.json").read_text())
+def test_an_answer_is_made_again_to_the_last_bit_and_a_changed_one_is_found(
+    runs: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(runs)
+    assert run_line(["identify", "runs/r00001.h5", "--json", "mine.json"]) == 0
     mine = json.loads((runs / "mine.json").read_text())
-    assert mine == batched
-    found = reproduced(runs / "out" / "r00003.identify.json", [runs / "runs"])
-    assert (found.differences, dict(found.changes)) == ((), {})
-    assert found.numbers > 100
+    assert mine == json.loads((runs / "out" / "r00001.identify.json").read_text())
+    capsys.readouterr()
+    assert run_line(["verify", "mine.json", "--recordings", "runs", "--json", "-"]) == 0
+    told = json.loads(capsys.readouterr().out)["files"][0]
+    assert (told["verdict"], told["different"], told["program"]) == ("reproduced", 0, {})
+    assert told["compared"] > 100
+
+    mine["model"]["G1"]["den"][0] = math.nextafter(mine["model"]["G1"]["den"][0], math.inf)
+    (runs / "mine.json").write_text(json.dumps(mine))
+    code = run_line(["verify", "mine.json", "--recordings", "runs"])
+    ended = capsys.readouterr()
+    assert code == 1
+    assert "COMES OUT OTHERWISE" in ended.out
+    assert "mine.json: the answer comes out otherwise: model.G1.den[0]: " in ended.err
 
 
 @pytest.mark.parametrize(
