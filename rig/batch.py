@@ -16,7 +16,7 @@ from time import perf_counter
 from typing import Any
 
 from rig.errors import FileError, UsageError
-from rig.outputs import write_text
+from rig.outputs import make_folder, write_text
 from rig.provenance import program
 from rig.question import Asked, Question, asked, versions
 from rig.reanalysis import FAILURE
@@ -93,7 +93,7 @@ def found(patterns: Sequence[str]) -> tuple[list[Path], Path]:
         if not matches:
             raise UsageError("no recording is found", where=pattern, do="name files, or a pattern as 'runs/**/*.h5'")
         paths |= {path.resolve(): path for path in matches}
-        roots.append(_root(pattern) if glob.has_magic(pattern) else matches[0].absolute().parent)
+        roots.append(_root(pattern) if glob.has_magic(pattern) else _absolute(matches[0]).parent)
     return sorted(paths.values()), Path(os.path.commonpath(roots))
 
 
@@ -106,8 +106,13 @@ def _matches(pattern: str) -> list[Path]:
 
 def _root(pattern: str) -> Path:
     """Return the folder of a pattern before its first wildcard."""
-    parts = Path(pattern).absolute().parts
+    parts = _absolute(Path(pattern)).parts
     return Path(*parts[: next(at for at, part in enumerate(parts) if glob.has_magic(part))])
+
+
+def _absolute(path: Path) -> Path:
+    """Return the path without ``..``, which would lead answers out of their folder."""
+    return Path(os.path.abspath(path))
 
 
 def planned(patterns: Sequence[str], question: Question, out: str | Path | None = None) -> Batch:
@@ -115,7 +120,7 @@ def planned(patterns: Sequence[str], question: Question, out: str | Path | None 
     paths, root = found(patterns)
     folder = root if out is None else Path(out)
     here = versions(program())
-    pieces = [_piece(path, folder / os.path.relpath(path.absolute(), root), question, here) for path in paths]
+    pieces = [_piece(path, folder / _absolute(path).relative_to(root), question, here) for path in paths]
     _check_distinct(pieces)
     return Batch(question, folder, tuple(pieces))
 
@@ -177,7 +182,8 @@ def run(batch: Batch, spread: Spread, progress: Callable[[State], None]) -> Stat
     """
     refused = tuple((piece.recording, piece.refused) for piece in batch.pieces if piece.refused)
     to_do = {piece.recording.absolute(): piece for piece in batch.pieces if not piece.refused}
-    orders = [Order(path, batch.question, program(), piece.known) for path, piece in to_do.items()]
+    here = program()
+    orders = [Order(path, batch.question, here, piece.known) for path, piece in to_do.items()]
     state, began = State(len(batch.pieces), failures=refused, new=sum(not o.known for o in orders)), perf_counter()
     progress(state)
     with closing(spread(orders)) as outcomes:
@@ -190,7 +196,7 @@ def run(batch: Batch, spread: Spread, progress: Callable[[State], None]) -> Stat
 def _after(state: State, outcome: Outcome, piece: Piece) -> State:
     """Keep what came back, and return the state with it."""
     if outcome.text:
-        piece.result.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(piece.result.parent)
         write_text(piece.result, outcome.text)
     new = state.new - (not piece.known)
     message = outcome.message or (piece.failure if outcome.kind == "unchanged" else "")

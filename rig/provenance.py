@@ -41,9 +41,15 @@ def program() -> dict[str, str]:
 
     Compiled loops and linear algebra are made for the processor at hand, and round differently on another.
     """
+    return {**software(), "source": source_digest(), "git_commit": git_commit(), "processor": _processor()}
+
+
+@cache
+def _processor() -> str:
+    """Return the kind of processor as the compiler of the loops calls it."""
     from llvmlite.binding import get_host_cpu_name
 
-    return {**software(), "source": source_digest(), "git_commit": git_commit(), "processor": str(get_host_cpu_name())}
+    return str(get_host_cpu_name())
 
 
 @cache

@@ -198,6 +198,15 @@ def test_patterns_and_names_are_each_taken_once(runs: Path, monkeypatch: pytest.
         batch.found(["*.h6"])
 
 
+def test_what_lies_above_leads_no_answer_out_of_its_folder(
+    runs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(runs / "deep")
+    planned = batch.planned(["../*.h5", "a.h5"], IDENTIFY, tmp_path / "out")
+    answers = sorted(piece.result.relative_to(tmp_path / "out").as_posix() for piece in planned.pieces)
+    assert answers == ["a.identify.json", "b.identify.json", "deep/a.identify.json"]
+
+
 def test_two_recordings_of_one_name_are_refused(runs: Path) -> None:
     (runs / "a.hdf5").write_text("another")
     with pytest.raises(UsageError, match=r"a\.h5, .*a\.hdf5: two recordings whose answers have one name"):
