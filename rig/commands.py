@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from rig import batch_commands, conversion_commands, device_commands, recording_commands
+from rig import batch_commands, conversion_commands, device_commands, finding_commands, recording_commands
 from rig.typed import (
     calibration_option,
     check_destinations,
@@ -28,7 +28,9 @@ from rig.typed import (
     say,
 )
 
-__all__ = ["batch_commands", "commands", "conversion_commands", "device_commands", "recording_commands"]
+__all__ = [
+    "batch_commands", "commands", "conversion_commands", "device_commands", "finding_commands", "recording_commands",
+]  # fmt: skip
 
 
 @command(

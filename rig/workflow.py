@@ -26,6 +26,7 @@ from rig.session import shipped
 
 if TYPE_CHECKING:
     from identify.bent.curves import Form
+    from identify.compared.comparison import Comparison
     from identify.explain.contenders import Contender
     from identify.explain.explanation import Explanation
     from identify.identification import Identification
@@ -143,6 +144,14 @@ def explain_runs(runs: Runs, progress: Progress | None = None) -> "Explanation":
 
     with _unusable(runs):
         return explain(runs.model, runs.traces, runs.held_out, progress)
+
+
+def compare_traces(runs: Runs, progress: Progress | None = None, physics: bool = True) -> "Comparison":
+    """Return what changed from the first run to the others; raise FileError when the recordings cannot tell."""
+    from identify.compared import compare
+
+    with _unusable(runs):
+        return compare(runs.model, runs.traces[:1], runs.traces[1:], progress, physics)
 
 
 def revised(told: "Explanation", sets: "Sequence[Sequence[Contender]]") -> "Explanation":

@@ -20,12 +20,15 @@ PLAIN_DATA = {"identify.trace", "identify.model", "identify.interval", "identify
 SEES_BOTH = {  # who may import more of identify than its plain data, and what
     "rig.workflow": {
         "identify.joint", "identify.explain", "identify.explain.revised", "identify.page.report", "identify.chain",
-        "identify.effects", "identify.simulate", "identify.uncertainty.band", "identify.uncertainty.coefficients",
+        "identify.compared", "identify.effects", "identify.simulate", "identify.uncertainty.band",
+        "identify.uncertainty.coefficients",
     },
     "rig.design": {
         "identify.planning.candidates", "identify.planning.design", "identify.planning.fig13",
         "identify.planning.sampling",
     },
+    "rig.comparing": {"identify.page.comparison_page", "identify.page.report"},
+    "rig.compared_words": {"identify.compared.sentence"},
     "rig.separating": {"identify.explain.separate", "identify.planning.candidates"},
     "rig.protocolfile": {"identify.planning.candidates"},
     "rig.foresight": {

@@ -1,0 +1,77 @@
+"""What changed between two days, and was it the rig, or what was played, the device, its calibration?"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rig.causes import Cause, causes
+from rig.differences import Difference, differences, first_apart
+from rig.errors import UsageError
+from rig.outputs import json_text
+from rig.provenance import software
+from rig.recorded import Recording
+from rig.recording import read
+from rig.rigfile import model_to_dict, model_to_yaml
+from rig.workflow import Progress, compare_traces, load
+
+if TYPE_CHECKING:
+    from identify.compared.comparison import Comparison
+
+
+@dataclass(frozen=True)
+class Compared:
+    """What changed, in what the files differ, and what of that may be the cause; ``causes`` is empty for no change."""
+
+    paths: tuple[Path, Path]
+    recordings: tuple[Recording, Recording]
+    found: "Comparison"
+    differ: tuple[Difference, ...]
+    causes: tuple[Cause, ...]
+
+    def to_dict(self) -> dict[str, object]:
+        """Return the answer of ``rig compare --json``."""
+        sides = [
+            {"path": str(path), "started": recording.origin.started, "complete": recording.complete}
+            for path, recording in zip(self.paths, self.recordings, strict=True)
+        ]  # fmt: skip
+        models = (self.found.before.model, self.found.after.model)
+        return {
+            **self.found.to_dict(), "runs": dict(zip(("before", "after"), sides, strict=True)),
+            "differences": [difference.to_dict() for difference in self.differ],
+            "causes": [cause.to_dict() for cause in self.causes],
+            "models": dict(zip(("before", "after"), map(model_to_dict, models), strict=True)),
+        }  # fmt: skip
+
+    def to_json(self) -> str:
+        """Return the answer as JSON text."""
+        return json_text(self.to_dict())
+
+
+def compare_runs(
+    before: str | Path, after: str | Path, rig: str | Path | None = None, calibration: str | Path | None = None,
+    progress: Progress | None = None, physics: bool = True,
+) -> Compared:  # fmt: skip
+    """Return what changed from one recording to another; raise FileError for one that cannot be used.
+
+    ``rig`` is the plain model of both, where they do not carry it; without ``physics`` none beyond it is looked for.
+    """
+    paths = Path(before), Path(after)
+    recordings = read(paths[0]), read(paths[1])
+    if recordings[0].y.size == recordings[1].y.size and first_apart(recordings[0].y, recordings[1].y) is None:
+        raise UsageError("the same readings twice", where=str(after), do="name the recordings of two runs")
+    found = compare_traces(load(paths, rig, (), calibration), progress, physics)
+    differ = differences(*recordings)
+    suspects = causes(found, differ, recordings) if found.verdict != "no change seen" else ()
+    return Compared(paths, recordings, found, differ, suspects)
+
+
+def comparison_html(done: Compared) -> str:
+    """Return the page of ``rig compare``."""
+    from identify.page.comparison_page import Beside, comparison_page
+    from identify.page.report import Imprint
+
+    beside = Beside(
+        done.paths[0].name, done.paths[1].name, [(c.aspect, c.state, c.sentence) for c in done.causes],
+        [(d.aspect, d.what, d.before, d.after) for d in done.differ],
+    )  # fmt: skip
+    return comparison_page(done.found, beside, Imprint(model_to_yaml(done.found.after.model), software()))
