@@ -1,7 +1,8 @@
 """Which columns of numbers are in an HDF5 file, each called by its path, or in a MAT file of version 7.3?
 
 Only what stands in the file itself is read: links to other files, virtual datasets and raw data kept elsewhere are not
-followed. A unit may stand in the attribute ``unit`` or ``units``. Version 7.3 of MAT files is HDF5 by convention.
+followed. A unit may stand in the attribute ``unit`` or ``units``; one that is not known is refused where the column is
+asked for. Version 7.3 of MAT files is HDF5 by convention.
 """
 
 from collections.abc import Iterator
@@ -18,7 +19,8 @@ from rig.readers.arrays import ArrayTable, Stand, Values, check_packing, columns
 from rig.readers.heading import SPELT, Heading
 from rig.readers.table import NOTE
 
-UNITS = ("unit", "units", "Unit", "Units")
+UNITS = {"unit", "units", "unit_string"}
+"""Attributes that name the unit of a dataset, in any case."""
 MATLABS_OWN = "#"
 """Opens the names of groups in which MATLAB keeps what is no variable."""
 LARGEST_CHUNK = 1 << 28  # bytes
@@ -63,9 +65,10 @@ def _datasets(file: h5py.File) -> dict[str, h5py.Dataset]:
 
 def _unit(dataset: h5py.Dataset) -> str:
     """Return the unit in a dataset's attributes; empty where there is none."""
-    told = next((dataset.attrs[key] for key in UNITS if key in dataset.attrs), "")
-    text = told.decode("utf-8", "replace") if isinstance(told, bytes) else told
-    return SPELT.get(text.lower(), text) if isinstance(text, str) else ""
+    held = next((dataset.attrs[key] for key in dataset.attrs if key.lower() in UNITS), "")
+    told = held.flat[0] if isinstance(held, np.ndarray) and held.size == 1 else held  # MATLAB writes arrays of one
+    text = (told.decode("utf-8", "replace") if isinstance(told, bytes) else str(told)).strip()
+    return SPELT.get(text.lower(), text)
 
 
 def _text(item: Any) -> str:

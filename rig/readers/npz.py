@@ -73,8 +73,12 @@ def _members(path: Path) -> dict[str, int]:
         if file.read(len(ARRAY)) == ARRAY:
             return {"": path.stat().st_size}
     with zipfile.ZipFile(path) as archive:
-        return {member.filename.removesuffix(SUFFIX): member.compress_size for member in archive.infolist()
-                if member.filename.endswith(SUFFIX)}
+        found = {member.filename.removesuffix(SUFFIX): member.compress_size for member in archive.infolist()
+                 if member.filename.endswith(SUFFIX)}
+    if not found:
+        raise FileError("an archive without NumPy arrays", where=str(path), allowed=".npz",
+                        do="save a spreadsheet as CSV; of other archives import what is in them")
+    return found
 
 
 @contextmanager

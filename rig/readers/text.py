@@ -209,7 +209,7 @@ def _notes(path: Path) -> str:
     with _opened(path) as file:
         found = []
         while (line := file.readline(LONGEST_LINE)).startswith(COMMENTS):
-            found.append(line.removeprefix(NOTE).rstrip("\n") if line.startswith(NOTE) else "")
+            found += [line.removeprefix(NOTE).rstrip("\n")] if line.startswith(NOTE) else []
     return "".join(found)
 
 

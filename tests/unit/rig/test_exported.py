@@ -1,6 +1,7 @@
 """Is a recording that went out as CSV, MAT or NPZ and came back the same, and is any change on the way found?"""
 
 import json
+import tracemalloc
 from collections.abc import Callable
 from dataclasses import fields, replace
 from pathlib import Path
@@ -69,6 +70,26 @@ def test_a_long_recording_goes_both_ways_by_stretches(
     monkeypatch.setattr("rig.readers.text.AT_ONCE", 999)
     assert isinstance(read(tmp_path / "run.h5").y, Stored)
     assert back(tmp_path, kind).read_bytes() == (tmp_path / "run.h5").read_bytes()
+
+
+@pytest.mark.parametrize("kind", ["mat", "npz"])
+def test_no_array_of_numbers_is_as_long_as_the_recording(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str,
+) -> None:
+    size, stretch = 300_000, 1 << 12
+    write(tmp_path / "run.h5", a_recording(size))
+    for place in ("rig.recordingfile.AT_ONCE", "rig.spool.LONG", "rig.exporters.as_mat.LONGEST_5",
+                  "rig.readers.npz.AT_ONCE", "rig.recorded.LOOKED_AT"):
+        monkeypatch.setattr(place, stretch)
+    monkeypatch.setattr("identify.trace.blocks.__defaults__", (stretch,))
+    back(tmp_path, kind)  # what is imported once
+    tracemalloc.start()
+    try:
+        back(tmp_path, kind)
+        most = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert most < 8 * size  # a signal; the checksum of the whole file is made of pieces of 1 MB
 
 
 def a_recording(size: int = 333) -> Recording:

@@ -117,6 +117,14 @@ def test_a_number_that_is_none_is_named_by_its_row(tmp_path: Path) -> None:
     assert message(tmp_path / "r.npz").startswith("r.npz: row 77 (from 0): column 1 (u): not a number: 'nan'")
 
 
+def test_an_archive_of_something_else(tmp_path: Path) -> None:
+    with zipfile.ZipFile(tmp_path / "r.xlsx", "w") as archive:
+        archive.writestr("xl/worksheets/sheet1.xml", "<worksheet/>")
+    assert "r.xlsx: an archive without NumPy arrays; allowed: .npz; save" in message(tmp_path / "r.xlsx")
+    (tmp_path / "r.npz").write_bytes(b"PK\x03\x04\x00\x00")
+    assert "r.npz: cannot be read, or damaged: File is not a zip file" in message(tmp_path / "r.npz")
+
+
 def test_an_array_that_claims_more_than_its_file_holds(tmp_path: Path) -> None:
     head = io.BytesIO()
     np.lib.format.write_array_header_1_0(head, {"descr": "<f8", "fortran_order": False, "shape": (10**12,)})
@@ -144,6 +152,18 @@ def test_hdf5_that_claims_much_and_holds_nothing(tmp_path: Path) -> None:
         file.create_dataset("v", (10**5,), "f8", chunks=(1 << 27,), maxshape=(None,))
     assert "an array larger than its file can hold" in message(tmp_path / "r.h5", "u")
     assert "chunks too large to be read one by one" in message(tmp_path / "r.h5", "v")
+
+
+@pytest.mark.parametrize("unit", ["mV", np.bytes_(b"mV"), np.array([b"mV"]), np.array(["millivolt"], dtype=object)])
+def test_units_of_hdf5_count_however_they_are_written(tmp_path: Path, unit: object) -> None:
+    with h5py.File(tmp_path / "r.h5", "w") as file:
+        file["u"] = 1e3 * U
+        file["u"].attrs["Units"] = unit
+        file["y"] = Y
+        file["y"].attrs["unit"] = "counts"
+    found = open_table(tmp_path / "r.h5")
+    assert np.allclose(found.column("u", "V"), U, rtol=1e-15, atol=0.0)
+    assert "column 2 (y): wrong unit 'counts'" in message(tmp_path / "r.h5", "y")
 
 
 # TDMS

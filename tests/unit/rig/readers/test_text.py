@@ -81,7 +81,7 @@ def test_a_range_of_rows_is_read_and_named_by_file_lines(tmp_path: Path) -> None
     ("", "t.csv: the file is empty"),
     ("# only\n\n", "t.csv: no rows"),
     ("a,b\n", "t.csv: a header and no rows"),
-    (b"PK\x03\x04\x00\x00", "t.csv: not a text table; allowed: CSV, TSV, or these gzipped"),
+    (b"\x7fELF\x00\x00", "t.csv: not a text table; allowed: CSV, TSV, or these gzipped"),
     (gzip.compress(b"a,b\n1,2\n" * 100, mtime=0)[:-30], "t.csv: cannot be read, or damaged"),
 ])
 def test_what_is_wrong_is_named_with_its_line(tmp_path: Path, text: str | bytes, message: str) -> None:
