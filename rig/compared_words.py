@@ -19,9 +19,9 @@ def compared(done: Compared) -> Iterator[str]:
 
     found = done.found
     yield f"{found.verdict.upper()}. {found.sentence}"
-    for side, path, recording in zip(("before", "after"), done.paths, done.recordings, strict=True):
+    for side, source, recording in zip(("before", "after"), done.sources, done.recordings, strict=True):
         started = recording.origin.started[:19].replace("T", " ") or "at a time not known"
-        yield f"  {side:<8} {path}, {started}{'' if recording.complete else ', incomplete'}"
+        yield f"  {side:<8} {source.path}, {started}{'' if recording.complete else ', incomplete'}"
     yield from (f"  {line}" for line in table(found.changes))
     yield f"  {joint_words(found.joint)}"
     yield from (f"  physics  {piece.sentence}{_others(piece.could_also_be)}" for piece in found.physics)

@@ -8,7 +8,8 @@ from rig.causes import Cause, causes
 from rig.differences import Difference, differences, first_apart
 from rig.errors import UsageError
 from rig.outputs import json_text
-from rig.provenance import software
+from rig.provenance import program, software
+from rig.question import Source
 from rig.recorded import Recording
 from rig.recording import read
 from rig.rigfile import model_to_dict, model_to_yaml
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 class Compared:
     """What changed, in what the files differ, and what of that may be the cause; ``causes`` is empty for no change."""
 
-    paths: tuple[Path, Path]
+    sources: tuple[Source, Source]
     recordings: tuple[Recording, Recording]
     found: "Comparison"
     differ: tuple[Difference, ...]
@@ -31,15 +32,18 @@ class Compared:
     def to_dict(self) -> dict[str, object]:
         """Return the answer of ``rig compare --json``."""
         sides = [
-            {"path": str(path), "started": recording.origin.started, "complete": recording.complete}
-            for path, recording in zip(self.paths, self.recordings, strict=True)
+            {
+                "path": str(source.path), "sha256": source.sha256, "started": recording.origin.started,
+                "complete": recording.complete,
+            }
+            for source, recording in zip(self.sources, self.recordings, strict=True)
         ]  # fmt: skip
         models = (self.found.before.model, self.found.after.model)
         return {
             **self.found.to_dict(), "runs": dict(zip(("before", "after"), sides, strict=True)),
             "differences": [difference.to_dict() for difference in self.differ],
             "causes": [cause.to_dict() for cause in self.causes],
-            "models": dict(zip(("before", "after"), map(model_to_dict, models), strict=True)),
+            "models": dict(zip(("before", "after"), map(model_to_dict, models), strict=True)), "program": program(),
         }  # fmt: skip
 
     def to_json(self) -> str:
@@ -55,14 +59,14 @@ def compare_runs(
 
     ``rig`` is the plain model of both, where they do not carry it; without ``physics`` none beyond it is looked for.
     """
-    paths = Path(before), Path(after)
-    recordings = read(paths[0]), read(paths[1])
+    sources = Source.of(Path(before)), Source.of(Path(after))
+    recordings = read(before), read(after)
     if recordings[0].y.size == recordings[1].y.size and first_apart(recordings[0].y, recordings[1].y) is None:
         raise UsageError("the same readings twice", where=str(after), do="name the recordings of two runs")
-    found = compare_traces(load(paths, rig, (), calibration), progress, physics)
+    found = compare_traces(load((before, after), rig, (), calibration), progress, physics)
     differ = differences(*recordings)
     suspects = causes(found, differ, recordings) if found.verdict != "no change seen" else ()
-    return Compared(paths, recordings, found, differ, suspects)
+    return Compared(sources, recordings, found, differ, suspects)
 
 
 def comparison_html(done: Compared) -> str:
@@ -71,7 +75,7 @@ def comparison_html(done: Compared) -> str:
     from identify.page.report import Imprint
 
     beside = Beside(
-        done.paths[0].name, done.paths[1].name, [(c.aspect, c.state, c.sentence) for c in done.causes],
+        done.sources[0].path.name, done.sources[1].path.name, [(c.aspect, c.state, c.sentence) for c in done.causes],
         [(d.aspect, d.what, d.before, d.after) for d in done.differ],
     )  # fmt: skip
     return comparison_page(done.found, beside, Imprint(model_to_yaml(done.found.after.model), software()))

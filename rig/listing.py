@@ -3,13 +3,13 @@
 Every recording is read whole, so that a damaged one is told as such and never listed as if it were fine.
 """
 
-import hashlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from rig.answers_beside import Answer, Answers
 from rig.errors import FileError, RigError
+from rig.question import Source
 from rig.recorded import Entry, Recording
 from rig.recording import read
 
@@ -111,19 +111,10 @@ def _row(path: Path, answers: Answers) -> Row:
     """Return what is listed of one file."""
     try:
         facts = Facts.of(read(path))
-        sha256 = _digest(path) if answers else ""
+        sha256 = Source.of(path).sha256 if answers else ""
     except RigError as error:
         return Row(path, None, str(error))
     return Row(path, facts, "", answers.by_content.get(sha256, ()), answers.outdated(path, sha256))
-
-
-def _digest(path: Path) -> str:
-    """Return the SHA-256 of a file; raise FileError."""
-    try:
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError as error:
-        raise FileError("cannot be read", where=str(path), value=error.strerror) from error
 
 
 def _earliest_first(row: Row) -> tuple[bool, str, str]:
