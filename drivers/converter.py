@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.device import Capabilities
+from rig.device import Capabilities, Samples
 from rig.errors import RefusedError
 
 Array = NDArray[np.float64]
@@ -61,7 +61,7 @@ class Converter:
 class Coded:
     """The codes of a long signal ``volts`` (N,), made where they are asked for."""
 
-    volts: Array
+    volts: Samples
     converter: Converter
 
     @property

@@ -13,10 +13,11 @@ from typing import final
 import numpy as np
 
 import protocols
-from drivers.converter import Codes, dac
+from drivers.converter import Coded, Codes, dac
 from drivers.emulators.bench import WIRED, Bench
 from drivers.emulators.device_model import DeviceModel, Hardware, State
-from rig.device import Array, Block, Capabilities, Device, Flag, Identity
+from identify.trace import blocks
+from rig.device import Block, Capabilities, Device, Flag, Identity, Samples
 from rig.errors import FileError, UsageError
 from rig.rigfile import RigFile, read_rig
 
@@ -40,7 +41,7 @@ class LoopbackDevice(Device):
         """Wire the simulated ``rig``; equal seeds and protocols give equal noise."""
         super().__init__()
         self._seed, self._runs, self._now_s = seed, 0, 0.0
-        self._codes: Codes = np.empty(0, dtype=np.int32)
+        self._codes = Coded(np.empty(0), dac(CAPABILITIES))
         hardware = Hardware(Identity("loopback", rig.model.title, "1"), CAPABILITIES, BLOCK, BLOCK)
         self._model = DeviceModel(hardware, Bench(rig, CAPABILITIES))
 
@@ -76,14 +77,17 @@ class LoopbackDevice(Device):
     def _achievable_rate(self, rate_hz: float) -> float:
         return self._model.achievable_rate(rate_hz)
 
-    def _begin(self, u: Array, rate_hz: float, safe_level_v: float, ramp_s: float) -> None:
-        self._codes = dac(CAPABILITIES).codes(u)
+    def _begin(self, u: Samples, rate_hz: float, safe_level_v: float, ramp_s: float) -> None:
+        self._codes = Coded(u, dac(CAPABILITIES))
         self._model.arm(u.size, rate_hz, (safe_level_v, ramp_s), self._noise_seed(), self._inputs)
         self._runs += 1
 
     def _noise_seed(self) -> int:
         """Return a seed that differs between protocols and between runs, and is the same when all is repeated."""
-        return zlib.crc32(self._codes.tobytes(), (self._seed + 1000003 * self._runs) & 0xFFFFFFFF)
+        seed = (self._seed + 1000003 * self._runs) & 0xFFFFFFFF
+        for start, stop in blocks(0, self._codes.size):
+            seed = zlib.crc32(self._codes[start:stop].tobytes(), seed)
+        return seed
 
     def _read(self, timeout_s: float) -> Block | None:
         start = self._model.played

@@ -20,7 +20,7 @@ from drivers.scpi_link import ScpiLink
 from drivers.scpi_output import Playing, ramp
 from drivers.visa_resource import load
 from rig.amplifier import behind
-from rig.device import Array, Block, Capabilities, Device, Flag, Identity
+from rig.device import Array, Block, Capabilities, Device, Flag, Identity, Samples
 from rig.emulation import offered
 from rig.errors import DeviceError
 from rig.rigfile import read_rig
@@ -110,12 +110,13 @@ class RedPitaya(Device):
     def _achievable_rate(self, rate_hz: float) -> float:
         return CLOCK_HZ / _decimation(rate_hz)
 
-    def _begin(self, u: Array, rate_hz: float, safe_level_v: float, ramp_s: float) -> None:
+    def _begin(self, u: Samples, rate_hz: float, safe_level_v: float, ramp_s: float) -> None:
+        volts = u[:]  # a buffer of the instrument
         self._prepare_input(_decimation(rate_hz))
-        self._prepare_output(u, rate_hz)
+        self._prepare_output(volts, rate_hz)
         self._link.tell("ACQ:START", "ACQ:TRig AWG_PE")
-        self._run = _Run(u, rate_hz, time.monotonic(), self._inputs)
-        self._link.tell("SOUR1:TRig:INT", f"SOUR1:BURS:LASTValue {u[-1]:.6f}")
+        self._run = _Run(volts, rate_hz, time.monotonic(), self._inputs)
+        self._link.tell("SOUR1:TRig:INT", f"SOUR1:BURS:LASTValue {volts[-1]:.6f}")
 
     def _prepare_input(self, decimation: int) -> None:
         """Set the acquisition so that the trigger is its first sample; raise DeviceError where that is not taken."""

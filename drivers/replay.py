@@ -11,7 +11,8 @@ from typing import final
 
 import numpy as np
 
-from rig.device import RATE_TOLERANCE, Array, Block, Capabilities, Device, Flag, Identity
+from identify.trace import blocks
+from rig.device import RATE_TOLERANCE, Array, Block, Capabilities, Device, Flag, Identity, Samples
 from rig.errors import FileError, RefusedError, UsageError
 from rig.recorded import Entry, Equipment, Recording
 from rig.recording import read
@@ -71,10 +72,10 @@ class ReplayDevice(Device):
     def _achievable_rate(self, rate_hz: float) -> float:
         return min((recording.rate_hz for recording in self._recordings), key=lambda rate: abs(rate - rate_hz))
 
-    def _accept(self, u: Array, rate_hz: float) -> None:
+    def _accept(self, u: Samples, rate_hz: float) -> None:
         self._answering(u, rate_hz)
 
-    def _answering(self, u: Array, rate_hz: float) -> Recording:
+    def _answering(self, u: Samples, rate_hz: float) -> Recording:
         """Return a recording that begins with ``u``; raise RefusedError where there is none."""
         at_rate = [r for r in self._recordings if abs(r.rate_hz - rate_hz) <= RATE_TOLERANCE * rate_hz]
         alike = [_alike(recording, u, 0.5 * self._can.output_lsb_v) for recording in at_rate]
@@ -84,7 +85,7 @@ class ReplayDevice(Device):
                            value=f"{max(alike, default=0)} of {u.size} samples are as in a recording at {rate_hz:g} Hz",
                            allowed="samples that a recording begins with", do="play the protocol that was recorded")
 
-    def _begin(self, u: Array, rate_hz: float, safe_level_v: float, ramp_s: float) -> None:
+    def _begin(self, u: Samples, rate_hz: float, safe_level_v: float, ramp_s: float) -> None:
         self._run = _Run(self._answering(u, rate_hz), u.size)
 
     def _read(self, timeout_s: float) -> Block | None:
@@ -122,11 +123,14 @@ class ReplayDevice(Device):
         """Release nothing: no file is open."""
 
 
-def _alike(recording: Recording, u: Array, within_v: float) -> int:
+def _alike(recording: Recording, u: Samples, within_v: float) -> int:
     """Return with how many samples of ``u`` a recording begins."""
-    head = recording.u[:u.size]
-    same = np.abs(head - u[:head.size]) <= within_v
-    return head.size if same.all() else int(np.argmin(same))
+    size = min(recording.u.size, u.size)
+    for start, stop in blocks(0, size):
+        same = np.abs(recording.u[start:stop] - u[start:stop]) <= within_v
+        if not same.all():
+            return start + int(np.argmin(same))
+    return size
 
 
 def _next_recorded(recording: Recording, start: int, stop: int) -> int:
@@ -171,6 +175,11 @@ def _ranges(recording: Recording) -> tuple[float, ...] | None:
 
 def _seen(recordings: Sequence[Recording]) -> tuple[float, ...]:
     """Return ranges twice as wide as all samples, and 0 V in their middle, where nothing better is known."""
-    edge = [2.0 * max(1e-3, *(float(np.nanmax(np.abs(signal[:]))) for signal in signals))
-            for signals in ([r.u for r in recordings], [r.y for r in recordings])]
+    edge = [2.0 * max(1e-3, *map(_peak, signals)) for signals in ([r.u for r in recordings], [r.y for r in recordings])]
     return (-edge[0], edge[0], -edge[1], edge[1], UNKNOWN_BITS, UNKNOWN_BITS)
+
+
+def _peak(signal: Samples) -> float:
+    """Return the largest magnitude of what was received of a signal, V."""
+    stretches = (np.abs(signal[start:stop]) for start, stop in blocks(0, signal.size))
+    return max(float(np.max(values, initial=0.0, where=np.isfinite(values))) for values in stretches)

@@ -28,7 +28,7 @@ from drivers.serial_messages import (
     width,
 )
 from drivers.serial_stream import LINK_LOSS, OVERRUN, Incoming, Outgoing, joined
-from rig.device import Array, Block, Capabilities, Device, Flag, Identity
+from rig.device import Block, Capabilities, Device, Flag, Identity, Samples
 from rig.errors import DeviceError, StarvedError, UsageError
 
 BAUD = 3_000_000
@@ -116,7 +116,7 @@ class SerialDaq(Device):
         """Return the divider of the sample clock nearest to ``rate_hz``."""
         return max(1, round(self._can.clock_hz / rate_hz))
 
-    def _begin(self, u: Array, rate_hz: float, safe_level_v: float, ramp_s: float) -> None:
+    def _begin(self, u: Samples, rate_hz: float, safe_level_v: float, ramp_s: float) -> None:
         codes = Coded(u, dac(self.capabilities()))
         window = int(WINDOW_S * max(rate_hz, self._link.bytes_per_s / width(self._can.output_bits)))
         self._link.ask(f"ARM {codes.size} {self._divider(rate_hz)} {self._ramp(safe_level_v, ramp_s)} {self._inputs}")

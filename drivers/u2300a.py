@@ -15,7 +15,7 @@ from drivers.converter import Codes, adc, dac
 from drivers.scpi_link import ScpiLink
 from drivers.scpi_output import Playing, ramp
 from drivers.visa_resource import load
-from rig.device import Array, Block, Capabilities, Device, Flag, Identity
+from rig.device import Block, Capabilities, Device, Flag, Identity, Samples
 from rig.errors import DeviceError, UsageError
 
 CLOCK_HZ = 48e6
@@ -110,15 +110,16 @@ class U2300a(Device):
         """Return what the divider of the 48 MHz clock makes of the whole number of hertz the instrument is told."""
         return CLOCK_HZ / round(CLOCK_HZ / round(rate_hz))
 
-    def _begin(self, u: Array, rate_hz: float, safe_level_v: float, ramp_s: float) -> None:
+    def _begin(self, u: Samples, rate_hz: float, safe_level_v: float, ramp_s: float) -> None:
         single = u.size <= min(SHORT_S * rate_hz, MEMORY / self._inputs)
         block = u.size if single else max(1, round(BLOCK_S * rate_hz))
         self._prepare(round(rate_hz))
-        codes = dac(self.capabilities()).codes(u) + 32768
+        volts = u[:]  # the instrument takes no more than it holds, all at once
+        codes = dac(self.capabilities()).codes(volts) + 32768
         self._link.tell_block("DATA", codes.astype("<u2").tobytes())
         self._link.tell("OUTP:WAV:ITER 1", "APPL:USER (@201)",
                         *((f"ACQ:POIN {block}", "DIG") if single else (f"WAV:POIN {block}", "RUN")), "OUTP ON")
-        self._run = _Run(u, rate_hz, time.monotonic(), block, single, self._inputs)
+        self._run = _Run(volts, rate_hz, time.monotonic(), block, single, self._inputs)
         self._link.tell("SOUR:DIG:DATA:BIT 1,0,(@501)")
 
     def _prepare(self, rate: int) -> None:

@@ -5,11 +5,13 @@ from typing import final
 
 import numpy as np
 
+from identify.trace import Samples
 from rig.amplifier import MARK, Amplifier
 from rig.block import Array, Block
 from rig.capabilities import Capabilities, Identity
 from rig.device import Device
 from rig.errors import UsageError
+from rig.signals import altered
 
 
 @final
@@ -41,15 +43,20 @@ class AmplifiedDevice(Device):
 
     def _quantise(self, u: Array) -> Array:
         """Return ``u`` rounded as the device before the amplifier rounds it; -0.0 is 0.0."""
-        return np.asarray(self._device.quantise(u / self._amplifier.gain) * self._amplifier.gain + 0.0)
+        return np.asarray(self._device.quantise(u / self._amplifier.gain)[:] * self._amplifier.gain + 0.0)
 
-    def _accept(self, u: Array, rate_hz: float) -> None:
-        self._device._accept(u / self._amplifier.gain, rate_hz)
+    def _accept(self, u: Samples, rate_hz: float) -> None:
+        self._device._accept(self._before(u), rate_hz)
 
-    def _begin(self, u: Array, rate_hz: float, safe_level_v: float, ramp_s: float) -> None:
+    def _before(self, u: Samples) -> Samples:
+        """Return what the device puts out for ``u`` behind the amplifier, V."""
+        gain = self._amplifier.gain
+        return altered(u, lambda levels: levels / gain)
+
+    def _begin(self, u: Samples, rate_hz: float, safe_level_v: float, ramp_s: float) -> None:
         gain = self._amplifier.gain
         self._device._inputs = self._inputs
-        self._device._begin(u / gain, rate_hz, safe_level_v / gain, ramp_s)
+        self._device._begin(self._before(u), rate_hz, safe_level_v / gain, ramp_s)
 
     def _read(self, timeout_s: float) -> Block | None:
         return self._device._read(timeout_s)

@@ -121,7 +121,7 @@ def _played(device: Device, wish: Wish, rate_hz: float, shape: Array) -> "list[P
     """Play one pass and return what every input read of it; raise what ended it early."""
     from identify.calibration import Pass
 
-    u = device.quantise(wish.level_v * shape)
+    u = device.quantise(wish.level_v * shape)[:]
     limits = Limits(-wish.level_v, wish.level_v)
     names = ("y", *(f"input_{number}" for number in range(2, wish.inputs + 1)))
     plan = Plan("calibration", u, rate_hz, (Step("levels", "table", 0, u.size),), limits, ramp_s=RAMP_S, inputs=names)

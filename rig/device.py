@@ -14,18 +14,20 @@ from typing import TYPE_CHECKING, ClassVar, Self, final
 
 import numpy as np
 
+from identify.trace import Samples, frozen
 from rig.block import Array, Block, Flag
 from rig.capabilities import Capabilities, Identity
 from rig.errors import DeviceError, RefusedError
 from rig.output_limits import check_level, check_samples
 from rig.ownership import Claim
 from rig.plausible import impossible
+from rig.signals import altered, extremes
 
 if TYPE_CHECKING:
     from rig.guardian import Guardian
     from rig.plan import Limits
 
-__all__ = ["Array", "Block", "Capabilities", "Device", "Flag", "Identity"]
+__all__ = ["Array", "Block", "Capabilities", "Device", "Flag", "Identity", "Samples"]
 
 log = logging.getLogger(__name__)
 
@@ -108,24 +110,27 @@ class Device(ABC):
         return self._achievable_rate(rate_hz)
 
     @final
-    def quantise(self, u: Array) -> Array:
+    def quantise(self, u: Samples) -> Samples:
         """Return ``u`` (N,), V, as the DAC puts it out: rounded to its codes. Raise RefusedError out of its range."""
-        can = self.capabilities()
+        u, can = frozen(u), self.capabilities()
         slack = 0.5 * can.output_lsb_v
-        if u.size and not (u.min() >= can.output_low_v - slack and u.max() <= can.output_high_v + slack):
-            raise RefusedError("the output is out of the device's range", value=f"{u.min():g} to {u.max():g} V",
+        ends = extremes(u) if u.size else None
+        if ends and not (ends.low_v >= can.output_low_v - slack and ends.high_v <= can.output_high_v + slack):
+            raise RefusedError("the output is out of the device's range", value=f"{ends.low_v:g} to {ends.high_v:g} V",
                                allowed=f"{can.output_low_v:g} to {can.output_high_v:g} V")
-        return self._quantise(np.asarray(u, dtype=np.float64))
+        return altered(u, self._quantise)
 
     @final
-    def check(self, u: Array, rate_hz: float, limits: "Limits", safe_level_v: float = 0.0, inputs: int = 1) -> Array:
+    def check(
+        self, u: Samples, rate_hz: float, limits: "Limits", safe_level_v: float = 0.0, inputs: int = 1,
+    ) -> Samples:  # fmt: skip
         """Return ``u`` as it would be put out, or raise RefusedError; outputs nothing.
 
         Refused are: a sample or the safe level beyond what plan and device both allow, too steep a slope, a rate the
         clock cannot make, more ``inputs`` than there are, a run longer than the device's memory.
         """
         can = self.capabilities()
-        check_samples(np.asarray(u, dtype=np.float64), rate_hz, limits, can)
+        check_samples(frozen(u), rate_hz, limits, can)
         check_level(safe_level_v, limits, can, name="safe level")
         self._check_rate(rate_hz)
         self._check_inputs(inputs, rate_hz)
@@ -135,15 +140,15 @@ class Device(ABC):
         samples = self.quantise(u)
         check_samples(samples, rate_hz, limits, can)
         self._accept(samples, rate_hz)
-        samples.flags.writeable = False
-        return samples
+        return frozen(samples)
 
     @final
-    def stream(self, u: Array, rate_hz: float, limits: "Limits", safe_level_v: float = 0.0, ramp_s: float = 0.1,
+    def stream(self, u: Samples, rate_hz: float, limits: "Limits", safe_level_v: float = 0.0, ramp_s: float = 0.1,
                inputs: int = 1) -> Iterator[Block]:
         """Check ``u`` (N,), V, then play it once while reading y; return the blocks of y in order of time.
 
-        With ``inputs`` above 1 every block also has what inputs 2 to ``inputs`` read.
+        With ``inputs`` above 1 every block also has what inputs 2 to ``inputs`` read. A ``u`` too long for memory stays
+        where it is, and is asked for slice by slice.
 
         Raises RefusedError before anything is output. The iterator yields an empty block when nothing arrived for
         ``POLL_S``, and raises DeviceError when the device fails or falls silent. When left early it stops the clock;
@@ -224,7 +229,7 @@ class Device(ABC):
                                allowed=f"{can.max_total_rate_hz:g} Hz over all inputs",
                                do="lower acquisition.rate or take fewer acquisition.inputs")
 
-    def _blocks(self, samples: Array, rate_hz: float, safe_level_v: float, ramp_s: float, inputs: int,
+    def _blocks(self, samples: Samples, rate_hz: float, safe_level_v: float, ramp_s: float, inputs: int,
                 ) -> Iterator[Block]:
         """Yield the blocks of one run in order, under the deadline; stop the clock however the run ends."""
         expected, patience_s = 0, STALL_S + 2 / rate_hz
@@ -273,7 +278,7 @@ class Device(ABC):
         middle = 0.5 * (self.capabilities().output_low_v + self.capabilities().output_high_v)
         return np.asarray(np.rint((u - middle) / lsb) * lsb + middle, dtype=np.float64)
 
-    def _accept(self, u: Array, rate_hz: float) -> None:  # noqa: B027 - most have no reason of their own
+    def _accept(self, u: Samples, rate_hz: float) -> None:  # noqa: B027 - most have no reason of their own
         """Raise RefusedError for checked and quantised samples that a device has its own reason not to play."""
 
     def _played(self) -> int | None:
@@ -293,8 +298,11 @@ class Device(ABC):
         """Return the nearest rate the clock makes; ``rate_hz`` is within the capabilities."""
 
     @abstractmethod
-    def _begin(self, u: Array, rate_hz: float, safe_level_v: float, ramp_s: float) -> None:
-        """Load the checked and quantised ``u`` and start the clock; a device with several inputs reads ``_inputs``."""
+    def _begin(self, u: Samples, rate_hz: float, safe_level_v: float, ramp_s: float) -> None:
+        """Load the checked and quantised ``u`` and start the clock; a device with several inputs reads ``_inputs``.
+
+        A long ``u`` is not in memory: slices of it can be had.
+        """
 
     @abstractmethod
     def _read(self, timeout_s: float) -> Block | None:

@@ -70,13 +70,13 @@ def foreseen_plan(plan: Plan, model: "Model", noise_v: float, origin: str = "") 
     from identify.planning.information import information
     from identify.starts.start import stabilised
 
-    silent = np.broadcast_to(0.0, plan.u.shape)
+    silent = np.broadcast_to(0.0, plan.u.size)
     trace = Trace(plan.title, plan.rate_hz, plan.u, silent, steps=plan.steps)
     try:
         model, _ = stabilised(model)
         chain = chain_of(model)
         coordinates = coordinates_of(chain, chain.values, [trace.name], model.fixed)
-        seen = Observation(trace, np.ones(trace.size, dtype=bool), noise_v)
+        seen = Observation(trace, np.broadcast_to(np.True_, trace.size), noise_v)
         told = information(chain, coordinates, [seen])
     except ValueError as error:
         raise RefusedError(str(error), where=plan.rig_path) from error

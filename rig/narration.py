@@ -31,7 +31,8 @@ def checked(found: "Checked") -> Iterator[str]:
     yield f"  question  {plan.question}"
     yield f"  device    {found.address} ({found.identity})"
     yield f"  samples   {plan.u.size} at {show(plan.rate_hz, 'Hz')}, {span(plan.duration_s)}, steps: {len(plan.steps)}"
-    yield f"  levels    {plan.u.min():.6g} to {show(float(plan.u.max()), 'V')}, peak {show(plan.peak_v, 'V')}"
+    low_v, high_v = plan.range_v
+    yield f"  levels    {low_v:.6g} to {show(high_v, 'V')}, peak {show(plan.peak_v, 'V')}"
     yield f"            limits {plan.limits.low_v:g} to {plan.limits.high_v:g} V, {_room(found)}"
     yield f"  slew      {show(plan.slew_v_per_s, 'V/s')}{_slew_limit(plan.limits.slew_v_per_s)}"
     yield f"  safe end  {show(plan.safe_level_v, 'V')} in {span(plan.ramp_s)}"

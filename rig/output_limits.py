@@ -6,12 +6,11 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.trace import Array, Samples, blocks
 from rig.errors import RefusedError
 
 if TYPE_CHECKING:
     from rig.plan import Limits
-
-Array = NDArray[np.float64]
 
 
 class OutputRange(Protocol):
@@ -36,27 +35,37 @@ def narrowest(limits: "Limits", device: OutputRange) -> tuple[float, float]:
     return low, high
 
 
-def check_samples(u: Array, rate_hz: float, limits: "Limits", device: OutputRange) -> None:
-    """Raise RefusedError at the first sample of ``u`` (N,), V, that is not finite, out of range or too fast.
+def check_samples(signal: Samples, rate_hz: float, limits: "Limits", device: OutputRange) -> None:
+    """Raise RefusedError at the first sample of a signal (N,), V, that is not finite, out of range or too fast.
 
-    Half a step of the DAC is tolerated on a level and a whole one on a slope: quantisation may round either up.
+    Half a step of the DAC is tolerated on a level and a whole one on a slope: quantisation may round either up. A
+    signal is looked at by stretches, each together with the last sample before it.
     """
-    if u.ndim != 1 or u.size == 0:
-        raise RefusedError("nothing to output", value=f"array of shape {u.shape}", allowed="(N,) with N > 0")
-    _refuse(~np.isfinite(u), lambda k: f"sample {k} is {u[k]}", "finite levels", "correct the protocol")
+    if signal.size == 0:
+        raise RefusedError("nothing to output", value="no samples", allowed="(N,) with N > 0")
+    for start, stop in blocks(0, signal.size):
+        first = max(start - 1, 0)
+        _check_stretch(signal[first:stop], first, rate_hz, limits, device)
+
+
+def _check_stretch(u: Array, first: int, rate_hz: float, limits: "Limits", device: OutputRange) -> None:
+    """Raise RefusedError for one stretch of a signal, which begins at its sample ``first``."""
+    _refuse(~np.isfinite(u), lambda k: f"sample {first + k} is {u[k]}", "finite levels", "correct the protocol")
     low, high = narrowest(limits, device)
     slack = 0.5 * device.output_lsb_v + 1e-12
-    _refuse((u < low - slack) | (u > high + slack), lambda k: f"{u[k]:.6g} V at sample {k} ({k / rate_hz:.6g} s)",
+    _refuse((u < low - slack) | (u > high + slack),
+            lambda k: f"{u[k]:.6g} V at sample {first + k} ({(first + k) / rate_hz:.6g} s)",
             f"{low:g} to {high:g} V", "lower the level or widen `limits`, where the rig can take it")
     if limits.slew_v_per_s is not None:
-        _check_slope(u, rate_hz, limits.slew_v_per_s, device.output_lsb_v, limits.slope)
+        _check_slope(u, first, rate_hz, limits.slew_v_per_s, device.output_lsb_v, limits.slope)
 
 
-def _check_slope(u: Array, rate_hz: float, slew_v_per_s: float, lsb_v: float, allowed: str) -> None:
+def _check_slope(u: Array, first: int, rate_hz: float, slew_v_per_s: float, lsb_v: float, allowed: str) -> None:
     """Raise RefusedError where two neighbouring samples differ by more than the slew rate allows."""
     rise = np.abs(np.diff(u))
     too_fast = rise > slew_v_per_s / rate_hz * (1 + 1e-9) + lsb_v
-    _refuse(too_fast, lambda k: f"{rise[k] * rate_hz:.6g} V/s at sample {k + 1} ({(k + 1) / rate_hz:.6g} s)",
+    _refuse(too_fast,
+            lambda k: f"{rise[k] * rate_hz:.6g} V/s at sample {first + k + 1} ({(first + k + 1) / rate_hz:.6g} s)",
             allowed, "slow the step down or raise `limits.slew`")
 
 

@@ -8,19 +8,21 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cached_property
 from itertools import pairwise
 from math import lcm
 from pathlib import Path
 
 import numpy as np
 
-from identify.trace import Step
+from identify.trace import Samples, Step, frozen
 from rig.errors import MisfitError, RefusedError
 from rig.limits import Limits
 from rig.linearblock import settling_time_s
 from rig.protocol import Protocol, ProtocolStep
 from rig.recorded import Initial
-from rig.stimuli import Array, is_whole
+from rig.signals import AT_ONCE, alike, extremes, first_steeper, joined, steepest
+from rig.stimuli import is_whole
 from rig.stimulus import MAX_SAMPLES, Drawn, Setting
 from rig.yamlfile import parse_yaml
 
@@ -41,7 +43,7 @@ class Plan:
     """
 
     title: str
-    u: Array
+    u: Samples
     rate_hz: float
     steps: tuple[Step, ...]
     limits: Limits
@@ -59,29 +61,36 @@ class Plan:
 
     def __post_init__(self) -> None:
         """Freeze the samples: what was checked is what is played."""
-        u = np.asarray(self.u, dtype=np.float64).view()
-        u.flags.writeable = False
-        object.__setattr__(self, "u", u)
+        object.__setattr__(self, "u", frozen(self.u))
 
     @property
     def duration_s(self) -> float:
         """Return how long the plan takes."""
         return self.u.size / self.rate_hz
 
+    @cached_property
+    def range_v(self) -> tuple[float, float]:
+        """Return the lowest and the highest level of u."""
+        found = extremes(self.u)
+        return found.low_v, found.high_v
+
     @property
     def peak_v(self) -> float:
         """Return the largest magnitude of u."""
-        return float(np.abs(self.u).max())
+        return max(map(abs, self.range_v))
 
-    @property
+    @cached_property
     def slew_v_per_s(self) -> float:
         """Return the steepest slope between two samples, the first taken from the safe level."""
-        return float(np.abs(np.diff(self.u, prepend=self.safe_level_v)).max() * self.rate_hz)
+        return steepest(self.u, self.safe_level_v) * self.rate_hz
 
     @property
     def memory_bytes(self) -> int:
-        """Return what the samples take in the computer while they are played: u and the inputs."""
-        return (1 + len(self.inputs)) * int(self.u.nbytes)
+        """Return what the samples take in the computer while they are played: u, the inputs and the ledger.
+
+        Of signals longer than ``AT_ONCE`` there is only a stretch in memory.
+        """
+        return 8 * (1 + len(self.inputs)) * min(self.u.size, AT_ONCE) + self.u.size
 
     @property
     def disk_bytes(self) -> int:
@@ -100,7 +109,7 @@ def plan(protocol: Protocol, rate_hz: float | None = None) -> Plan:
     order = [index for index, step in enumerate(protocol.steps) for _ in range(step.repeats)] * protocol.repeats
     _check_slew(protocol, drawn, order, rate)
     return Plan(
-        title=protocol.title, u=np.concatenate([drawn[index].u for index in order]), rate_hz=rate,
+        title=protocol.title, u=joined([drawn[index].u for index in order]), rate_hz=rate,
         steps=_planned(protocol, drawn, order), limits=protocol.limits, safe_level_v=protocol.safe_level_v,
         ramp_s=protocol.ramp_s, protocol_text=protocol.text, question=protocol.question, rig_path=protocol.rig_path,
         rig_text=protocol.rig.text if protocol.rig else "", device=protocol.device,
@@ -162,10 +171,11 @@ def _settling_s(protocol: Protocol, fraction: float) -> float:
     return settling_time_s([(block.num, block.den) for block in blocks], dead_time_s, fraction)
 
 
-def _check_levels(step: ProtocolStep, u: Array, limits: Limits) -> None:
+def _check_levels(step: ProtocolStep, u: Samples, limits: Limits) -> None:
     """Raise RefusedError for a step that leaves the limits, naming the level furthest out."""
-    furthest = u[np.argmax(np.maximum(u - limits.high_v, limits.low_v - u))]
-    _check_level(float(furthest), limits, step.where, f"a level of {step.label!r}")
+    found = extremes(u)
+    above, below = found.high_v - limits.high_v, limits.low_v - found.low_v
+    _check_level(found.high_v if above >= below else found.low_v, limits, step.where, f"a level of {step.label!r}")
 
 
 def _check_level(level_v: float, limits: Limits, where: str, what: str) -> None:
@@ -182,20 +192,22 @@ def _check_slew(protocol: Protocol, drawn: list[Drawn], order: list[int], rate_h
     if slew is None:
         return
     _check_ramp(protocol, drawn, slew)
-    ends = [protocol.safe_level_v, *(float(drawn[index].u[-1]) for index in order)]
+    last = [float(pieces.u[-1:][0]) for pieces in drawn]
+    ends = [protocol.safe_level_v, *(last[index] for index in order)]
     for before, index in sorted(set(zip(ends[:-1], order, strict=True)), key=lambda entry: entry[1]):
-        slopes = np.abs(np.diff(drawn[index].u, prepend=before)) * rate_hz
-        if slopes.max() > slew * (1 + LEVEL_SLACK):
-            at_s = float(np.argmax(slopes > slew * (1 + LEVEL_SLACK))) / rate_hz
+        slope = steepest(drawn[index].u, before) * rate_hz
+        if slope > slew * (1 + LEVEL_SLACK):
+            at_s = first_steeper(drawn[index].u, before, slew * (1 + LEVEL_SLACK) / rate_hz) / rate_hz
             raise RefusedError("too steep", where=protocol.steps[index].where,
-                               value=f"{slopes.max():.6g} V/s, first at {at_s:.6g} s of the step",
+                               value=f"{slope:.6g} V/s, first at {at_s:.6g} s of the step",
                                allowed=f"{protocol.limits.slope} (limits.slew)",
                                do="go there by a triangle or a linear table, or raise limits.slew")
 
 
 def _check_ramp(protocol: Protocol, drawn: list[Drawn], slew: float) -> None:
     """Raise RefusedError when the ramp to the safe level, from the level furthest from it, is too steep."""
-    furthest_v = max(float(np.abs(pieces.u - protocol.safe_level_v).max()) for pieces in drawn)
+    found = [extremes(pieces.u) for pieces in drawn]
+    furthest_v = max(abs(v - protocol.safe_level_v) for each in found for v in (each.low_v, each.high_v))
     shortest_s = furthest_v / slew
     if protocol.ramp_s < shortest_s * (1 - LEVEL_SLACK):
         raise RefusedError("the ramp to the safe level is too steep", where=_place(protocol, "ramp"),
@@ -224,9 +236,9 @@ def _planned(protocol: Protocol, drawn: list[Drawn], order: list[int]) -> tuple[
 
 def _check_labels(protocol: Protocol, drawn: list[Drawn]) -> None:
     """Raise RefusedError when steps of one label are not the same samples."""
-    first: dict[str, Array] = {}
+    first: dict[str, Samples] = {}
     for step, pieces in zip(protocol.steps, drawn, strict=True):
-        if not np.array_equal(first.setdefault(step.label, pieces.u), pieces.u):
+        if not alike(first.setdefault(step.label, pieces.u), pieces.u):
             raise RefusedError("two different steps have one label", where=step.where, value=repr(step.label),
                                do="give each its own 'label:'; one label means repeats")
 

@@ -14,8 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from identify.trace import Step
+from identify.trace import Step, part
 from rig.plan import Plan
+from rig.signals import extremes, joined
 from rig.stimuli import Array
 
 PRECONDITIONING = "preconditioning"
@@ -30,10 +31,10 @@ def again(plan: Plan, lost_at: int | None) -> Plan | None:
     if not to_play:
         return None
     begin = to_play[0].start
-    lead = preconditioning(plan, lost_at, float(plan.u[begin]))
+    lead = preconditioning(plan, lost_at, float(plan.u[begin : begin + 1][0]))
     steps = _renumbered(to_play, lead.size - begin)
     return replace(
-        plan, title=f"{plan.title}, again from {steps[0].label}", u=np.concatenate([lead, plan.u[begin:]]),
+        plan, title=f"{plan.title}, again from {steps[0].label}", u=joined([lead, part(plan.u, begin, plan.u.size)]),
         steps=(Step(PRECONDITIONING, "table", 0, lead.size), *steps), initial="in_motion", retries=plan.retries - 1)
 
 
@@ -54,9 +55,9 @@ def preconditioning(plan: Plan, until: int, end_v: float) -> Array:
     The extremes come in the order in which they were met last; every way takes the time of the ramp, longer where the
     slope is limited, and the end is held for as long.
     """
-    played = plan.u[:max(until, 1)][::-1]
-    latest_first = sorted((int(np.argmax(played == level)), float(level)) for level in (played.max(), played.min()))
-    levels = [plan.safe_level_v, *(level for _, level in reversed(latest_first)), end_v]
+    met = extremes(part(plan.u, 0, max(until, 1)))
+    latest_last = sorted([(met.high_at, met.high_v), (met.low_at, met.low_v)])
+    levels = [plan.safe_level_v, *(level for _, level in latest_last), end_v]
     least = max(1, ceil(plan.ramp_s * plan.rate_hz))
     ways = [_way(plan, first, to, least) for first, to in pairwise(levels)]
     return np.concatenate([*ways, np.full(least, end_v)])

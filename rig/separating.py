@@ -5,9 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from identify.trace import LONG, Trace, blocks
+from identify.trace import Trace
 from rig import protocolfile, session
 from rig.device import Device
 from rig.errors import MisfitError, RefusedError
@@ -16,6 +14,7 @@ from rig.outputs import write_text
 from rig.plan import plan
 from rig.protocol import limits_in, parse_protocol
 from rig.protocolfile import exact
+from rig.signals import extremes
 from rig.workflow import Progress, Runs
 
 if TYPE_CHECKING:
@@ -102,8 +101,8 @@ def limits_of(runs: Runs) -> Limits:
 
 def _played(traces: Sequence[Trace]) -> tuple[float, float]:
     """Return the lowest and highest level of u in recordings, V."""
-    parts = [t.u[a:b] for t in traces for a, b in blocks(0, t.size, LONG)]
-    return min(float(np.min(u)) for u in parts), max(float(np.max(u)) for u in parts)
+    found = [extremes(trace.u) for trace in traces]
+    return min(each.low_v for each in found), max(each.high_v for each in found)
 
 
 def _room(runs: Runs, limits: Limits, device: Device | None) -> "Room":

@@ -10,11 +10,13 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, Tag, model_validator
 
+from identify.trace import Samples
 from rig import stimuli
 from rig.errors import FileError, MisfitError
 from rig.forms import BY_SHAPE, Form, Gain, Hertz, PositiveSeconds, Radians, Seconds, Volts, VoltsPerSecond
 from rig.readers import open_table
 from rig.references import file_meant, stays_inside
+from rig.signals import altered, drawn, drawn_once, extremes
 from rig.stimulus import Drawn, Setting, Stimulus
 from rig.units import quantity
 
@@ -70,7 +72,8 @@ class StaircaseForm(Stimulus):
         """Return the samples of the walk; every level lasts equally long."""
         walk, dwell_s = self.walk(), self._dwell_s(setting)
         setting.samples(dwell_s * len(walk), "the staircase")
-        u = stimuli.staircase(walk, setting.samples(dwell_s, "the dwell"))
+        dwell = setting.samples(dwell_s, "the dwell")
+        u = drawn(len(walk) * dwell, lambda start, stop: stimuli.staircase(walk, dwell, start, stop))
         return Drawn(u, notes=self._settled_note(dwell_s, setting))
 
     def _dwell_s(self, setting: Setting) -> float:
@@ -99,7 +102,8 @@ class HoldForm(Stimulus):
 
     def draw(self, setting: Setting) -> Drawn:
         """Return the level for the time."""
-        return Drawn(stimuli.staircase([self.level], setting.samples(self.time, "the hold")))
+        samples = setting.samples(self.time, "the hold")
+        return Drawn(drawn(samples, lambda start, stop: np.full(stop - start, self.level)))
 
     def title(self) -> str:
         """Return the level and the time."""
@@ -120,8 +124,13 @@ class SineForm(Stimulus):
         """Return the samples of the periods."""
         setting.below_nyquist(self.frequency)
         time_s = self.periods / self.frequency
-        at = stimuli.turns(setting.samples(time_s, "the sine"), self.frequency, setting.rate_hz)
-        return Drawn(stimuli.sine(self.amplitude, at, self.phase, self.offset), (self.frequency,), time_s)
+        samples = setting.samples(time_s, "the sine")
+
+        def part(start: int, stop: int) -> stimuli.Array:
+            at = stimuli.turns(samples, self.frequency, setting.rate_hz, start, stop)
+            return stimuli.sine(self.amplitude, at, self.phase, self.offset)
+
+        return Drawn(drawn(samples, part), (self.frequency,), time_s)
 
     def title(self) -> str:
         """Return frequency and amplitude."""
@@ -141,8 +150,13 @@ class TriangleForm(Stimulus):
         """Return the samples of the periods."""
         setting.below_nyquist(self.frequency)
         time_s = self.periods / self.frequency
-        at = stimuli.turns(setting.samples(time_s, "the triangle"), self.frequency, setting.rate_hz)
-        return Drawn(stimuli.triangle(self.amplitude, at, self.offset), (self.frequency,), time_s)
+        samples = setting.samples(time_s, "the triangle")
+
+        def part(start: int, stop: int) -> stimuli.Array:
+            at = stimuli.turns(samples, self.frequency, setting.rate_hz, start, stop)
+            return stimuli.triangle(self.amplitude, at, self.offset)
+
+        return Drawn(drawn(samples, part), (self.frequency,), time_s)
 
     def title(self) -> str:
         """Return frequency and amplitude."""
@@ -176,14 +190,23 @@ class MultisineForm(Stimulus):
         """Return the sum of the lines."""
         setting.below_nyquist(max(self.frequencies))
         time_s = self.time or (self.periods or 1) / min(self.frequencies)
-        samples, lines = setting.samples(time_s, "the multisine"), len(self.frequencies)
-        phases = stimuli.schroeder_phases(lines) if self.phases == "schroeder" else np.zeros(lines)
-        u = np.zeros(samples)
-        for frequency, phase in zip(self.frequencies, phases, strict=True):
-            u += stimuli.sine(self.amplitude or 1.0, stimuli.turns(samples, frequency, setting.rate_hz), float(phase))
+        samples = setting.samples(time_s, "the multisine")
+        u = drawn_once(samples, lambda start, stop: self._sum(samples, setting.rate_hz, start, stop))
         if self.peak is not None:
-            u *= self.peak / np.abs(u).max()
+            found = extremes(u)
+            factor = self.peak / max(-found.low_v, found.high_v)
+            u = altered(u, lambda values: values * factor)
         return Drawn(u, tuple(self.frequencies), time_s)
+
+    def _sum(self, samples: int, rate_hz: float, start: int, stop: int) -> stimuli.Array:
+        """Return the samples [start, stop) of the sum of the lines, before it is scaled to a peak."""
+        lines = len(self.frequencies)
+        phases = stimuli.schroeder_phases(lines) if self.phases == "schroeder" else np.zeros(lines)
+        u = np.zeros(stop - start)
+        for frequency, phase in zip(self.frequencies, phases, strict=True):
+            at = stimuli.turns(samples, frequency, rate_hz, start, stop)
+            u += stimuli.sine(self.amplitude or 1.0, at, float(phase))
+        return u
 
     def title(self) -> str:
         """Return the number of lines and their band."""
@@ -204,7 +227,7 @@ class MinorLoopsForm(Stimulus):
         """Return the loops in the order of their amplitudes."""
         points = stimuli.minor_loops(self.amplitudes, self.slope, self.loops, self.offset)
         samples = setting.samples(float(points[0][-1]), "the minor loops")
-        return Drawn(stimuli.table(points, samples, setting.rate_hz, straight=True))
+        return Drawn(_along(points, samples, setting.rate_hz, straight=True))
 
     def title(self) -> str:
         """Return the number of amplitudes and the largest."""
@@ -255,7 +278,7 @@ class TableForm(Stimulus):
         if times[0] != 0 or np.any(np.diff(times) <= 0):
             raise MisfitError("the times of a table start at 0 s and ascend", value=f"from {times[0]:g} s")
         samples = setting.samples(float(times[-1]), "the table")
-        return Drawn(stimuli.table((times, levels), samples, setting.rate_hz, straight=self.between == "linear"))
+        return Drawn(_along((times, levels), samples, setting.rate_hz, straight=self.between == "linear"))
 
     def _points(self, setting: Setting) -> stimuli.Points:
         if self.file is not None:
@@ -265,6 +288,15 @@ class TableForm(Stimulus):
     def title(self) -> str:
         """Return the file, or the number of points."""
         return f"table {self.file.path}" if self.file is not None else f"table of {len(self.times or ())} points"
+
+
+def _along(points: stimuli.Points, samples: int, rate_hz: float, *, straight: bool) -> Samples:
+    """Return a table on the sample grid, drawn as it is asked for."""
+
+    def part(start: int, stop: int) -> stimuli.Array:
+        return stimuli.table(points, samples, rate_hz, straight=straight, start=start, stop=stop)
+
+    return drawn(samples, part)
 
 
 STIMULI: dict[str, type[Stimulus]] = {

@@ -20,20 +20,21 @@ def is_whole(number: float) -> bool:
     return round(number) >= 1 and abs(number - round(number)) <= WHOLE * number
 
 
-def turns(samples: int, frequency_hz: float, rate_hz: float) -> Array:
-    """Return the periods passed at each of ``samples`` samples, shape (samples,), modulo 1 where they fit exactly.
+def turns(samples: int, frequency_hz: float, rate_hz: float, start: int = 0, stop: int | None = None) -> Array:
+    """Return the periods passed at the samples [start, stop) of ``samples``, modulo 1 where they fit exactly.
 
     When ``samples`` samples are a whole number of periods the result repeats to the last bit from one run to the next.
     """
-    periods = samples * frequency_hz / rate_hz
+    periods, at = samples * frequency_hz / rate_hz, np.arange(start, samples if stop is None else stop, dtype=np.int64)
     if is_whole(periods):
-        return np.asarray(np.arange(samples, dtype=np.int64) * round(periods) % samples / samples, dtype=np.float64)
-    return np.asarray(np.arange(samples) * (frequency_hz / rate_hz), dtype=np.float64)
+        return np.asarray(at * round(periods) % samples / samples, dtype=np.float64)
+    return np.asarray(at * (frequency_hz / rate_hz), dtype=np.float64)
 
 
-def staircase(levels_v: Sequence[float], dwell: int) -> Array:
-    """Return each level held for ``dwell`` samples, shape (levels * dwell,)."""
-    return np.repeat(np.asarray(levels_v, dtype=np.float64), dwell)
+def staircase(levels_v: Sequence[float], dwell: int, start: int = 0, stop: int | None = None) -> Array:
+    """Return the samples [start, stop) of each level held for ``dwell`` samples, levels * dwell in all."""
+    at = np.arange(start, len(levels_v) * dwell if stop is None else stop, dtype=np.int64)
+    return np.asarray(np.asarray(levels_v, dtype=np.float64)[at // dwell])
 
 
 def sine(amplitude_v: float, at: Array, phase_rad: float = 0.0, offset_v: float = 0.0) -> Array:
@@ -63,13 +64,15 @@ def minor_loops(amplitudes_v: Sequence[float], slope_v_per_s: float, loops: int,
     return times, np.asarray(levels, dtype=np.float64)
 
 
-def table(points: Points, samples: int, rate_hz: float, *, straight: bool) -> Array:
-    """Return a table of (times in s, levels in V) on the sample grid, shape (samples,).
+def table(
+    points: Points, samples: int, rate_hz: float, *, straight: bool, start: int = 0, stop: int | None = None,
+) -> Array:  # fmt: skip
+    """Return the samples [start, stop) of a table of (times in s, levels in V) on a grid of ``samples`` samples.
 
     Between the points the level is held, or goes in a ``straight`` line; times ascend and the first is 0.
     """
     times, levels = points
-    at = np.arange(samples) / rate_hz
+    at = np.arange(start, samples if stop is None else stop) / rate_hz
     if straight:
         return np.asarray(np.interp(at, times, levels), dtype=np.float64)
     slack = WHOLE / rate_hz

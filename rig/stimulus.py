@@ -6,12 +6,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar
 
+from identify.trace import Samples
 from rig.errors import MisfitError
 from rig.forms import Form
-from rig.stimuli import Array
 
-MAX_SAMPLES = 50_000_000
-"""Longest plan: 0.4 GB of samples each way."""
+MAX_SAMPLES = 1_000_000_000
+"""Longest plan: 8 GB of samples each way on disk; in memory there is a stretch of them."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Setting:
 class Drawn:
     """The samples of one step, V; frequencies and times in them that should be whole; remarks for the operator."""
 
-    u: Array
+    u: Samples
     frequencies_hz: tuple[float, ...] = ()
     time_s: float = 0.0
     notes: tuple[str, ...] = field(default=())

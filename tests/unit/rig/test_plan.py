@@ -51,7 +51,7 @@ def test_the_samples_cannot_be_changed_after_the_check() -> None:
 def test_what_an_operator_wants_to_know_before() -> None:
     made = planned("  - staircase: {levels: [1 V, -3 V], dwell: 500 ms}\n")
     assert (made.duration_s, made.peak_v, made.slew_v_per_s) == (1.0, 3.0, pytest.approx(4.0e4))
-    assert made.memory_bytes == 160_000
+    assert made.memory_bytes == 170_000
     assert made.disk_bytes > 2 * made.memory_bytes
 
 
@@ -139,11 +139,11 @@ def test_no_rate_is_proposed_where_none_can_fit() -> None:
     ("  - triangle: {frequency: 6 kHz, amplitude: 1 V, periods: 4}\n", "steps[0].triangle: frequency above Nyquist"),
     ("  - hold: {level: 1 V, time: 10 us}\n",
      "p.yaml:7: steps[0].hold: the hold is shorter than a sample: 1e-05 s; allowed: at least 0.0001 s at 10000 Hz"),
-    ("  - hold: {level: 1 V, time: 3 h}\n",
-     "p.yaml:7: steps[0].hold: the hold is too long: 10800 s; allowed: up to 5000 s (50000000 samples)"),
+    ("  - hold: {level: 1 V, time: 30 h}\n",
+     "p.yaml:7: steps[0].hold: the hold is too long: 108000 s; allowed: up to 100000 s (1000000000 samples)"),
     ("  - staircase: {levels: [1 V], dwell: 1e30 s}\n", "the staircase is too long"),
-    ("  - repeats: 6\n    hold: {level: 1 V, time: 1000 s}\n",
-     "p.yaml:8: steps[0].hold: the protocol is too long: 6000 s up to here"),
+    ("  - repeats: 6\n    hold: {level: 1 V, time: 20000 s}\n",
+     "p.yaml:8: steps[0].hold: the protocol is too long: 120000 s up to here"),
     ("  - staircase: {levels: [1 V], dwell: {settle: 1 %}}\n",
      "p.yaml:7: steps[0].staircase: a dwell that waits for settling needs a rig; name one under 'rig:'"),
     ("  - {label: a, hold: {level: 1 V, time: 1 s}}\n  - {label: a, hold: {level: 2 V, time: 1 s}}\n",
