@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from identify.excerpts.excerpts import LONGEST
 from identify.trace import Trace
 from rig import protocolfile, session
 from rig.device import Device
@@ -106,12 +107,16 @@ def _played(traces: Sequence[Trace]) -> tuple[float, float]:
 
 
 def _room(runs: Runs, limits: Limits, device: Device | None) -> "Room":
-    """Return what may be played: limits, device, the rate of the recordings, and about as long as those took."""
+    """Return what may be played: limits, device, the rate of the recordings, and about as long as those took.
+
+    What is played is compared whole for every pair of physics: longer than is explained whole it is never.
+    """
     from identify.explain.separate import least_time_s
     from identify.planning.candidates import Room
 
-    time_s = max(sum(t.size / t.rate_hz for t in runs.traces), least_time_s(runs.model))
     rate_hz = max(t.rate_hz for t in runs.traces)
+    played_s = min(sum(t.size / t.rate_hz for t in runs.traces), LONGEST / rate_hz)
+    time_s = max(played_s, least_time_s(runs.model))
     room = Room(limits.low_v, limits.high_v, rate_hz, time_s, limits.slew_v_per_s or float("inf"))
     if device is None:
         return room

@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from identify.trace import part
 from rig import registry, retry, runner
 from rig.amplifier import behind
 from rig.calibration import kept_for
@@ -205,7 +206,7 @@ def _check_steps(protocol: Protocol, plan: Plan, device: Device) -> None:
     for step in protocol.steps:
         piece = next(planned for planned in plan.steps if planned.label == step.label)
         with _blamed_on(step.where):
-            device.check(plan.u[piece.start : piece.stop], plan.rate_hz, plan.limits)
+            device.check(part(plan.u, piece.start, piece.stop), plan.rate_hz, plan.limits)
 
 
 @contextmanager

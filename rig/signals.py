@@ -4,9 +4,6 @@ What is no longer than ``AT_ONCE`` samples is an array. What is longer is made a
 slice of it is asked for; so whoever walks along it needs memory for a stretch.
 """
 
-import os
-import tempfile
-import weakref
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -15,6 +12,7 @@ from itertools import accumulate
 import numpy as np
 
 from identify.trace import LONG, Array, Samples, Stored, blocks, frozen
+from rig.spool import spooled
 
 AT_ONCE = LONG  # samples: 8 MB
 
@@ -62,39 +60,14 @@ class Altered(Stored):
         return self.change(self.signal[start:stop])
 
 
-@dataclass(frozen=True)
-class Scratch(Stored):
-    """A signal that takes long to draw, drawn once into a file without a name, which goes when nobody needs it."""
-
-    descriptor: int
-
-    def read(self, start: int, stop: int) -> Array:
-        """Return the samples [start, stop)."""
-        values, at = np.empty(stop - start), 8 * start
-        room = values.data.cast("B")
-        while room:
-            count = os.preadv(self.descriptor, [room], at)
-            room, at = room[count:], at + count
-        return values
-
-
 def drawn(size: int, at: Callable[[int, int], Array]) -> Samples:
     """Return the signal whose samples [start, stop) ``at`` tells, at the same values for every way of cutting it."""
     return frozen(at(0, size)) if size <= AT_ONCE else Drawing(size, at)
 
 
 def drawn_once(size: int, at: Callable[[int, int], Array]) -> Samples:
-    """Return the same where telling takes long: what is not in memory is in a file. Raises OSError without room."""
-    if size <= AT_ONCE:
-        return frozen(at(0, size))
-    descriptor, name = tempfile.mkstemp(prefix="rig-")
-    os.unlink(name)
-    scratch = Scratch(size, descriptor)
-    weakref.finalize(scratch, os.close, descriptor)
-    with open(descriptor, "wb", closefd=False) as file:
-        for start, stop in blocks(0, size):
-            file.write(at(start, stop).data)
-    return scratch
+    """Return the same where telling takes long: what is long stands in a file. Raises FileError without room."""
+    return frozen(spooled((at(start, stop)[None] for start, stop in blocks(0, size)), 1)[0])
 
 
 def joined(signals: Sequence[Samples]) -> Samples:

@@ -39,7 +39,7 @@ class Spooled(Stored):
         while data:
             count = os.preadv(self.descriptor, [data], at)
             if not count:
-                raise FileError("the space for what is being converted was cut short", do="start again")
+                raise FileError("the space for a signal too long for memory was cut short", do="start again")
             data, at = data[count:], at + count
         return values
 
@@ -60,7 +60,7 @@ class Spool:
             self._file.write(np.ascontiguousarray(values, dtype=np.float64).tobytes())
         except OSError as error:
             where = str(self._folder or tempfile.gettempdir())
-            raise FileError("no space for what is being converted", where=where, value=error.strerror,
+            raise FileError("no space for a signal too long for memory", where=where, value=error.strerror,
                             do="make room there, or write the result into another folder") from error
         self.size += values.size
 

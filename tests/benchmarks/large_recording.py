@@ -1,12 +1,16 @@
-"""How much memory and time does `rig identify` take for a recording of N samples, and is its answer right?
+"""How much memory and time do the commands take for N samples, and are their answers right?
 
     python -m tests.benchmarks.large_recording 1e6 1e7 1e8
+    python -m tests.benchmarks.large_recording 1e8 --only verify explain
 
 The recording is a long staircase and two long sines at 50 kHz from the op-amp rig, parts within 5 %; the rig file has
 their nominal values. Its truth comes from scipy's exact discretisations of G1 (held input) and G2 (input straight
-between nodes) with the trial bench's play between them, eight nodes to a sample, a stretch at a time.
+between nodes) with the trial bench's play between them, eight nodes to a sample, a stretch at a time. What
+`rig explain` gets has rails at 10 V behind the play, which the rig file does not know. Every command runs in a process
+of its own.
 """
 
+import argparse
 import json
 import os
 import subprocess
@@ -22,9 +26,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import cont2discrete, lfilter
 
-from identify.trace import Step
-from rig.recorded import Equipment, Origin, Recording, complete_ledger
-from rig.recording import write
+from identify.trace import Step, blocks
+from rig.recorded import Entry, Equipment, Origin, Recording, complete_ledger
+from rig.recording import read, write
 from rig.rigfile import model_to_yaml
 from rig.samples import InFile
 from tests.proof.integrator import play
@@ -39,15 +43,29 @@ STRETCH = 1 << 18  # samples simulated at once
 SINES = ((10.0, 3.4), (31.25, 8.0))  # Hz, V
 TRUTH = toleranced(OP_AMP, seed=3, fraction=0.05)
 FOLDER = Path(__file__).parents[2]
+RAILS_V = 10.0
 CHILD = """
-import sys, time
+import os, resource, sys
 from rig.cli import main
 try:
     main()
 finally:
     with open("/proc/self/status") as file:
-        print(*[line for line in file if line.startswith("VmHWM")], file=sys.stderr)
-    print("CPU:", time.process_time(), file=sys.stderr)
+        own = next(int(line.split()[1]) for line in file if line.startswith("VmHWM"))
+    print("PEAK_KB:", own + resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss, file=sys.stderr)
+    print("CPU:", sum(os.times()[:4]), file=sys.stderr)
+"""
+COMMANDS = ("export", "import", "verify", "identify", "explain", "check", "run")
+PROTOCOL = """\
+spec: 1
+title: as long as the recording
+question: Is a run of any length played and recorded in the same memory?
+rig: rigs/opamp_backlash.yaml
+limits: {{level: 10 V}}
+acquisition: {{rate: {rate:g} Hz}}
+steps:
+  - staircase: {{levels: [{levels}], dwell: {dwell_s!r} s}}
+  - sine: {{frequency: 10 Hz, amplitude: 3.4 V, periods: {periods}}}
 """
 
 
@@ -136,29 +154,103 @@ def steps_of(samples: int) -> tuple[Step, ...]:
 
 
 @dataclass(frozen=True)
-class Measured:
-    """What one identification in a process of its own took, and what it answered."""
+class Taken:
+    """What a command in a process of its own took; the peak is that of the process and of its largest child."""
 
     seconds: float
     cpu_seconds: float
     peak_bytes: int
-    answer: dict
 
 
-def identified(path: Path) -> Measured:
-    """Run ``rig identify`` on a recording in a process of its own."""
-    answer, begun = path.with_suffix(".json"), time.perf_counter()
-    command = [sys.executable, "-c", CHILD, "identify", str(path), "--json", str(answer), "--quiet"]
+def taken(*arguments: str | Path) -> Taken:
+    """Run ``rig`` with these arguments in a process of its own."""
+    command, begun = [sys.executable, "-c", CHILD, *map(str, arguments)], time.perf_counter()
     surroundings = {**os.environ, "PYTHONPATH": str(FOLDER)}
     done = subprocess.run(command, capture_output=True, text=True, check=False, env=surroundings)
     if done.returncode:
         raise RuntimeError(done.stderr)
-    seconds, peak_kb, cpu = time.perf_counter() - begun, *(_told(done.stderr, key) for key in ("VmHWM:", "CPU:"))
-    return Measured(seconds, cpu, int(1024 * peak_kb), json.loads(answer.read_text()))
+    seconds, peak_kb, cpu = time.perf_counter() - begun, *(_told(done.stderr, key) for key in ("PEAK_KB:", "CPU:"))
+    return Taken(seconds, cpu, int(1024 * peak_kb))
 
 
 def _told(text: str, key: str) -> float:
     return float(text.split(key)[1].split(maxsplit=1)[0])
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A folder with what the commands need and make, for so many samples."""
+
+    folder: Path
+    samples: int
+
+    def done(self, name: str) -> tuple[Taken, list[str]]:
+        """Run a command; return what it took and what its answer is worth."""
+        plain, railed, protocol = self._at("large.h5"), self._at("railed.h5"), self._at("protocol.yaml")
+        arguments: dict[str, list[str | Path]] = {
+            "export": [plain, "--to", "npz", "--out", self._at("large.npz")],
+            "import": [self._at("large.npz"), "--out", self._at("back.h5")],
+            "verify": [plain],
+            "identify": [plain, "--json", self._at("identify.json"), "--quiet"],
+            "explain": [railed, "--json", self._at("explain.json"), "--quiet"],
+            "check": [protocol],
+            "run": [protocol, "--out", self._at("played.h5"), "--quiet"],
+        }
+        self._prepare(name)
+        return taken(name, *arguments[name]), list(self._judged(name))
+
+    def _at(self, name: str) -> Path:
+        return self.folder / name
+
+    def _prepare(self, name: str) -> None:
+        """Make what a command is to look at, where it is not there yet; let go of what is no longer needed."""
+        plain, railed, protocol = self._at("large.h5"), self._at("railed.h5"), self._at("protocol.yaml")
+        if name in ("explain", "check", "run"):
+            plain.unlink(missing_ok=True)
+        elif not plain.exists():
+            record(plain, self.samples)
+        if name == "explain":
+            record(railed, self.samples, RAILS_V)
+        if name == "import" and not self._at("large.npz").exists():
+            taken("export", plain, "--to", "npz", "--out", self._at("large.npz"))
+        protocol.write_text(protocol_of(self.samples), encoding="utf-8")
+
+    def _judged(self, name: str) -> Iterator[str]:
+        """Yield what the answer of a command is worth."""
+        if name == "import":
+            yield f"  {alike(self._at('large.h5'), self._at('back.h5'))}"
+            self._at("back.h5").unlink()
+            self._at("large.npz").unlink()
+        elif name == "identify":
+            answer = json.loads(self._at("identify.json").read_text())
+            yield from (*told(answer), f"  {answer['fit']}")
+        elif name == "explain":
+            answer = json.loads(self._at("explain.json").read_text())
+            names = [effect["id"] for effect in answer["effects"]]
+            yield from (f"  {answer['verdict']}: {', '.join(names)}; true: saturation at {RAILS_V:g} V",
+                        *(f"  {effect['parameters']}" for effect in answer["effects"]),
+                        *(f"  {warning}" for warning in answer["warnings"][:1]))
+        elif name == "run":
+            played = read(self._at("played.h5"))
+            yield f"  {played.count(Entry.RECORDED)} of {played.u.size} samples recorded"
+
+
+def alike(one: Path, other: Path) -> str:
+    """Return in words whether two recordings have the same samples."""
+    first, second = read(one), read(other)
+    same = first.u.size == second.u.size and np.array_equal(first.ledger, second.ledger) and all(
+        np.array_equal(getattr(first, name)[a:b], getattr(second, name)[a:b])
+        for name in ("u", "y") for a, b in blocks(0, first.u.size)
+    )  # fmt: skip
+    return "the same samples, bit for bit" if same else "NOT THE SAME SAMPLES"
+
+
+def protocol_of(samples: int) -> str:
+    """Return a protocol of about so many samples."""
+    dwell_s = max(int(0.4 * samples / len(FIG13_LEVELS_V)), 1) / RATE_HZ
+    levels = ", ".join(f"{level:g} V" for level in FIG13_LEVELS_V)
+    periods = max(int(0.6 * samples * 10.0 / RATE_HZ), 1)
+    return PROTOCOL.format(rate=RATE_HZ, levels=levels, dwell_s=dwell_s, periods=periods)
 
 
 def told(answer: dict) -> Iterator[str]:
@@ -171,15 +263,20 @@ def told(answer: dict) -> Iterator[str]:
         yield f"  {name}  true {value:.7g}  found {found['value']:.7g}  sd {sd:.1g}  off by {off:+.2f} sd"
 
 
-def main(sizes: list[str]) -> None:
-    print(f"{'samples':>10} {'time s':>8} {'CPU s':>8} {'peak MB':>8}")
-    for samples in (int(float(size)) for size in sizes or ["1e6"]):
+def main(words: list[str]) -> None:
+    """Print a line a command, and below it what its answer is worth."""
+    parser = argparse.ArgumentParser(prog="large_recording", description=__doc__)
+    parser.add_argument("samples", nargs="*", type=float, default=[1e6])
+    parser.add_argument("--only", nargs="+", choices=COMMANDS, default=COMMANDS)
+    asked = parser.parse_args(words)
+    print(f"{'samples':>10} {'command':>9} {'time s':>8} {'CPU s':>8} {'peak MB':>8}")
+    for samples in map(int, asked.samples):
         with tempfile.TemporaryDirectory(dir=os.environ.get("LARGE_RECORDING_FOLDER")) as folder:
-            path = Path(folder) / "large.h5"
-            record(path, samples)
-            found = identified(path)
-        print(f"{samples:10d} {found.seconds:8.1f} {found.cpu_seconds:8.1f} {found.peak_bytes / 1e6:8.0f}")
-        print(*told(found.answer), f"  {found.answer['fit']}", sep="\n", flush=True)
+            bench = Bench(Path(folder), samples)
+            for name in (name for name in COMMANDS if name in asked.only):
+                took, lines = bench.done(name)
+                times = f"{took.seconds:8.1f} {took.cpu_seconds:8.1f}"
+                print(f"{samples:10d} {name:>9} {times} {took.peak_bytes / 1e6:8.0f}", *lines, sep="\n", flush=True)
 
 
 if __name__ == "__main__":

@@ -2,6 +2,9 @@
 
 import numpy as np
 
+from identify.trace import Stored
+from rig.plan import plan
+from rig.protocol import parse_protocol
 from rig.recording import read
 from tests.benchmarks import large_recording
 from tests.benchmarks.large_recording import NODES, RATE_HZ, TRUTH, readings, schedule, steps_of, stretches
@@ -29,11 +32,27 @@ def test_every_sample_has_its_step_and_sines_are_whole_periods(tmp_path):
     assert np.array_equal(sine[:-5000], sine[5000:])
 
 
-def test_time_memory_and_answer_are_told(capsys):
-    large_recording.main(["1e5"])
-    head, row, *borders = capsys.readouterr().out.splitlines()
-    assert head.split() == ["samples", "time", "s", "CPU", "s", "peak", "MB"]
-    assert float(row.split()[3]) > 50.0
-    off = [float(line.split()[-2]) for line in borders if "off by" in line]
+def test_time_memory_and_answers_are_told(capsys):
+    large_recording.main(["1e5", "--only", "import", "verify", "identify"])
+    head, *lines = capsys.readouterr().out.splitlines()
+    assert head.split() == ["samples", "command", "time", "s", "CPU", "s", "peak", "MB"]
+    rows = [line.split() for line in lines if not line.startswith("  ") or line.split()[0].isdigit()]
+    assert [row[1] for row in rows] == ["import", "verify", "identify"]
+    assert all(float(row[4]) > 50.0 for row in rows)
+    assert lines[1] == "  the same samples, bit for bit"
+    off = [float(line.split()[-2]) for line in lines if "off by" in line]
     assert len(off) == 4
     assert max(map(abs, off)) < 4.0
+
+
+def test_a_changed_sample_is_not_the_same(tmp_path):
+    large_recording.record(tmp_path / "a.h5", 30_000)
+    large_recording.record(tmp_path / "b.h5", 30_000, rails_v=10.0)
+    assert large_recording.alike(tmp_path / "a.h5", tmp_path / "a.h5") == "the same samples, bit for bit"
+    assert large_recording.alike(tmp_path / "a.h5", tmp_path / "b.h5") == "NOT THE SAME SAMPLES"
+
+
+def test_the_protocol_is_as_long_as_it_is_asked_to_be():
+    made = plan(parse_protocol(large_recording.protocol_of(10**8), "p.yaml"))
+    assert isinstance(made.u, Stored)
+    assert abs(made.u.size / 1e8 - 1.0) < 1e-3
