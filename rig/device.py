@@ -121,9 +121,8 @@ class Device(ABC):
         return altered(u, self._quantise)
 
     @final
-    def check(
-        self, u: Samples, rate_hz: float, limits: "Limits", safe_level_v: float = 0.0, inputs: int = 1,
-    ) -> Samples:  # fmt: skip
+    def check(self, u: Samples, rate_hz: float, limits: "Limits", safe_level_v: float = 0.0, inputs: int = 1,
+              ) -> Samples:
         """Return ``u`` as it would be put out, or raise RefusedError; outputs nothing.
 
         Refused are: a sample or the safe level beyond what plan and device both allow, too steep a slope, a rate the
@@ -147,8 +146,7 @@ class Device(ABC):
                inputs: int = 1) -> Iterator[Block]:
         """Check ``u`` (N,), V, then play it once while reading y; return the blocks of y in order of time.
 
-        With ``inputs`` above 1 every block also has what inputs 2 to ``inputs`` read. A ``u`` too long for memory stays
-        where it is, and is asked for slice by slice.
+        With ``inputs`` above 1 every block also has what inputs 2 to ``inputs`` read. A long ``u`` goes by slices.
 
         Raises RefusedError before anything is output. The iterator yields an empty block when nothing arrived for
         ``POLL_S``, and raises DeviceError when the device fails or falls silent. When left early it stops the clock;
@@ -299,10 +297,7 @@ class Device(ABC):
 
     @abstractmethod
     def _begin(self, u: Samples, rate_hz: float, safe_level_v: float, ramp_s: float) -> None:
-        """Load the checked and quantised ``u`` and start the clock; a device with several inputs reads ``_inputs``.
-
-        A long ``u`` is not in memory: slices of it can be had.
-        """
+        """Load the checked and quantised ``u``, by slices where it is long; start the clock and read ``_inputs``."""
 
     @abstractmethod
     def _read(self, timeout_s: float) -> Block | None:

@@ -125,12 +125,10 @@ class SineForm(Stimulus):
         setting.below_nyquist(self.frequency)
         time_s = self.periods / self.frequency
         samples = setting.samples(time_s, "the sine")
-
-        def part(start: int, stop: int) -> stimuli.Array:
-            at = stimuli.turns(samples, self.frequency, setting.rate_hz, start, stop)
-            return stimuli.sine(self.amplitude, at, self.phase, self.offset)
-
-        return Drawn(drawn(samples, part), (self.frequency,), time_s)
+        u = drawn(samples, lambda start, stop: stimuli.sine(
+            self.amplitude, stimuli.turns(samples, self.frequency, setting.rate_hz, start, stop), self.phase,
+            self.offset))  # fmt: skip
+        return Drawn(u, (self.frequency,), time_s)
 
     def title(self) -> str:
         """Return frequency and amplitude."""
@@ -151,12 +149,9 @@ class TriangleForm(Stimulus):
         setting.below_nyquist(self.frequency)
         time_s = self.periods / self.frequency
         samples = setting.samples(time_s, "the triangle")
-
-        def part(start: int, stop: int) -> stimuli.Array:
-            at = stimuli.turns(samples, self.frequency, setting.rate_hz, start, stop)
-            return stimuli.triangle(self.amplitude, at, self.offset)
-
-        return Drawn(drawn(samples, part), (self.frequency,), time_s)
+        u = drawn(samples, lambda start, stop: stimuli.triangle(
+            self.amplitude, stimuli.turns(samples, self.frequency, setting.rate_hz, start, stop), self.offset))
+        return Drawn(u, (self.frequency,), time_s)
 
     def title(self) -> str:
         """Return frequency and amplitude."""
@@ -292,11 +287,8 @@ class TableForm(Stimulus):
 
 def _along(points: stimuli.Points, samples: int, rate_hz: float, *, straight: bool) -> Samples:
     """Return a table on the sample grid, drawn as it is asked for."""
-
-    def part(start: int, stop: int) -> stimuli.Array:
-        return stimuli.table(points, samples, rate_hz, straight=straight, start=start, stop=stop)
-
-    return drawn(samples, part)
+    return drawn(samples, lambda start, stop: stimuli.table(
+        points, samples, rate_hz, straight=straight, start=start, stop=stop))
 
 
 STIMULI: dict[str, type[Stimulus]] = {
