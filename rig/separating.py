@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from identify.excerpts.excerpts import LONGEST
 from identify.trace import Trace
 from rig import protocolfile, session
 from rig.device import Device
@@ -24,6 +23,7 @@ if TYPE_CHECKING:
     from identify.planning.candidates import Room
 
 RIG_FILE = "separate_rig.yaml"
+MOST_SAMPLES = 2_000_000  # of a protocol that separates: what is compared is in memory whole
 
 
 @dataclass(frozen=True)
@@ -107,15 +107,12 @@ def _played(traces: Sequence[Trace]) -> tuple[float, float]:
 
 
 def _room(runs: Runs, limits: Limits, device: Device | None) -> "Room":
-    """Return what may be played: limits, device, the rate of the recordings, and about as long as those took.
-
-    What is played is compared whole for every pair of physics: longer than is explained whole it is never.
-    """
+    """Return what may be played: limits, device, the rate of the recordings, and about as long as those took."""
     from identify.explain.separate import least_time_s
     from identify.planning.candidates import Room
 
     rate_hz = max(t.rate_hz for t in runs.traces)
-    played_s = min(sum(t.size / t.rate_hz for t in runs.traces), LONGEST / rate_hz)
+    played_s = min(sum(t.size / t.rate_hz for t in runs.traces), MOST_SAMPLES / rate_hz)
     time_s = max(played_s, least_time_s(runs.model))
     room = Room(limits.low_v, limits.high_v, rate_hz, time_s, limits.slew_v_per_s or float("inf"))
     if device is None:
