@@ -220,6 +220,9 @@ def table(found: list[Killed]) -> str:
 
 
 if __name__ == "__main__":
-    everything = list(kills(int(sys.argv[1]), write_swmr if "swmr" in sys.argv[2:] else write_recording))
+    everything = []
+    for one in kills(int(sys.argv[1]), write_swmr if "swmr" in sys.argv[2:] else write_recording):
+        everything.append(one)
+        print(f"{len(everything):3} {one.phase}: {one.acknowledged} acknowledged, {one.there} there", flush=True)
     print(table(everything))
     sys.exit(any(one.wrong for one in everything))
