@@ -31,9 +31,11 @@ from rig.recording import Writer, read
 from rig.verifying import verify
 
 PHASES = ("creating", "growing", "finishing")
-SIZE = 300_000
-BLOCKS = (1, 9_000)  # samples
+SIZE = 60_000
+BLOCKS = (1, 2_000)  # samples
 EARLIER = "an earlier recording"
+MEMORY = Path("/dev/shm")
+"""Where there is a file system in memory it is used: a kill leaves the same there, and no disk is waited for."""
 Write = Callable[[str, Connection, int], None]
 
 
@@ -99,7 +101,7 @@ def kills(count: int, write: Write = write_recording, seed: int = 0) -> Iterator
     drawn = random.Random(seed)
     context = get_context("forkserver")
     context.set_forkserver_preload(["rig.verifying"])
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory(dir=MEMORY if MEMORY.is_dir() else None) as folder:
         path = Path(folder) / "run.h5"
         lasts_s = lengths(context, path, write)
         for number in range(count):
