@@ -108,7 +108,8 @@ def _put(path: Path, write: Callable[[Path], None]) -> None:
         write(part)
         _to_disk(part)
         part.replace(path)
-        _to_disk(path.absolute().parent)
+        with suppress(OSError):  # some file systems do not sync a folder; the file is there all the same
+            _to_disk(path.absolute().parent)
     except BaseException as error:
         with suppress(OSError):
             part.unlink(missing_ok=True)

@@ -4,12 +4,16 @@
     python -m tests.benchmarks.killed_writer 50 swmr       # the same of HDF5's own single writer, multiple readers
 
 A process creates a recording where an earlier one stands, appends to it in blocks of any size, and finishes it. It is
-killed (SIGKILL) at a random moment of a phase: while the file is created, while it grows, while it is finished and
-moved. What it reported to have written before must be there, to the last bit; plain h5py must open the file, and `rig
-verify` must call it intact. ``swmr`` writes chunked datasets with a flush after every block instead.
+killed (SIGKILL) at a random moment of the processor's time it spends in a phase: while the file is created, while it
+grows, while it is finished and moved. What it reported to have written before must be there, to the last bit; plain
+h5py must open the file, and `rig verify` must call it intact. ``swmr`` writes chunked datasets with a flush after every
+block instead.
 """
 
+import ctypes
 import random
+import signal
+import struct
 import sys
 import tempfile
 import time
@@ -31,12 +35,14 @@ from rig.recording import Writer, read
 from rig.verifying import verify
 
 PHASES = ("creating", "growing", "finishing")
-SIZE = 60_000
-BLOCKS = (1, 2_000)  # samples
+SIZE = 200_000
+BLOCKS = (1, 4_000)  # samples
 EARLIER = "an earlier recording"
 MEMORY = Path("/dev/shm")
 """Where there is a file system in memory it is used: a kill leaves the same there, and no disk is waited for."""
-Write = Callable[[str, Connection, int], None]
+CPU_CLOCK = 2  # CLOCK_PROCESS_CPUTIME_ID
+Say = Callable[[object], None]
+Write = Callable[[str, Say, int], None]
 
 
 @dataclass(frozen=True)
@@ -65,35 +71,55 @@ def blocks_of(size: int, seed: int) -> Iterator[tuple[int, int]]:
         start = min(stop + drawn.choice([0, 0, 0, 7]), size)
 
 
-def write_recording(path: str, reports: Connection, seed: int) -> None:
+def write_recording(path: str, say: Say, seed: int) -> None:
     """Record a run in place of the earlier one, and say how far it is."""
     plan, y = Plan("killed", np.zeros(SIZE), 1e4, (), Limits(-1, 1)), y_of(SIZE, seed)
-    reports.send("creating")
+    say("creating")
     writer = Writer(path, plan, Equipment("loopback:"), overwrite=True)
-    reports.send("growing")
+    say("growing")
     for start, stop in blocks_of(SIZE, seed):
         writer.append(start, y[start:stop])
-        reports.send(stop)
-    reports.send("finishing")
+        say(stop)
+    say("finishing")
     writer.finish(True, "all there")
-    reports.send("done")
+    say("done")
 
 
-def write_swmr(path: str, reports: Connection, seed: int) -> None:
+def write_swmr(path: str, say: Say, seed: int) -> None:
     """Do the same with HDF5's own mode for files that are read while they grow."""
     y = y_of(SIZE, seed)
-    reports.send("creating")
+    say("creating")
     with h5py.File(path, "w", libver="latest") as file:
         dataset = file.create_dataset("y", (0,), np.float64, maxshape=(None,), chunks=(1 << 13,))
         file.swmr_mode = True
-        reports.send("growing")
+        say("growing")
         for start, stop in blocks_of(SIZE, seed):
             dataset.resize((stop,))
             dataset[start:stop] = y[start:stop]
             dataset.flush()
-            reports.send(stop)
-        reports.send("finishing")
-    reports.send("done")
+            say(stop)
+        say("finishing")
+    say("done")
+
+
+def killed_in(phase: str, after_s: float, reports: Connection, write: Write, path: str, seed: int) -> None:
+    """Write until SIGKILL comes, ``after_s`` of the processor's time after ``phase`` began; never without a phase."""
+    def say(what: object) -> None:
+        reports.send((what, time.process_time()))
+        if what == phase:
+            die_in(after_s)
+
+    write(path, say, seed)
+
+
+def die_in(seconds: float) -> None:
+    """Have the system send SIGKILL to this process after so much of its processor's time."""
+    system = ctypes.CDLL(None, use_errno=True)
+    timer, event = ctypes.c_void_p(), struct.pack("qii48x", 0, signal.SIGKILL, 0)
+    whole, nano = divmod(max(1, int(1e9 * seconds)), 10**9)
+    if system.timer_create(CPU_CLOCK, event, ctypes.byref(timer)) or system.timer_settime(
+        timer, 0, struct.pack("qqqq", 0, 0, whole, nano), None):
+        raise OSError(ctypes.get_errno(), "no timer")
 
 
 def kills(count: int, write: Write = write_recording, seed: int = 0) -> Iterator[Killed]:
@@ -107,7 +133,8 @@ def kills(count: int, write: Write = write_recording, seed: int = 0) -> Iterator
         for number in range(count):
             phase = PHASES[number % len(PHASES)]
             earlier(path)
-            reports = until_killed(context, path, write, number, phase, drawn.uniform(0.0, 1.1 * lasts_s[phase]))
+            after_s = drawn.uniform(0.0, lasts_s[phase])
+            reports = [said for said, _ in reports_of(context, path, write, number, phase, after_s)]
             yield (looked_at if write is write_recording else looked_at_swmr)(path, number, reports)
             Path(f"{path}.part").unlink(missing_ok=True)
 
@@ -120,43 +147,27 @@ def earlier(path: Path) -> None:
 
 
 def lengths(context: object, path: Path, write: Write) -> dict[str, float]:
-    """Return how long each phase takes, s, of a run that nobody kills, the second of two."""
-    for _ in range(2):
+    """Return how much of the processor's time each phase takes, s, of a run that nobody kills, the second of two."""
+    for number in range(2):
         earlier(path)
-        receiver, process = started(context, path, write, 0)
-        times = [(said, time.monotonic()) for said in all_of(receiver) if isinstance(said, str)]
-        process.join()
+        times = [told for told in reports_of(context, path, write, number, "", 0.0) if isinstance(told[0], str)]
     return {said: after - at for (said, at), (_, after) in pairwise(times)}
 
 
-def started(context: object, path: Path, write: Write, seed: int) -> tuple[Connection, object]:
-    """Start a writer; return where it reports, and its process."""
+def reports_of(
+    context: object, path: Path, write: Write, seed: int, phase: str, after_s: float,
+) -> list[tuple[object, float]]:
+    """Return all that a writer said until its end, and when, s of its processor's time."""
     receiver, sender = context.Pipe(duplex=False)
-    process = context.Process(target=write, args=(str(path), sender, seed))
+    process = context.Process(target=killed_in, args=(phase, after_s, sender, write, str(path), seed))
     process.start()
     sender.close()
-    return receiver, process
-
-
-def all_of(receiver: Connection) -> Iterator[object]:
-    """Yield what a process says until it ends."""
+    said = []
     with suppress(EOFError):
         while True:
-            yield receiver.recv()
-
-
-def until_killed(context: object, path: Path, write: Write, seed: int, phase: str, after_s: float) -> list[object]:
-    """Kill a writer so long after a phase began; return all it had reported."""
-    receiver, process = started(context, path, write, seed)
-    said = []
-    for report in all_of(receiver):
-        said.append(report)
-        if report == phase:
-            break
-    time.sleep(after_s)
-    process.kill()
+            said.append(receiver.recv())
     process.join()
-    return [*said, *all_of(receiver)]
+    return said
 
 
 def looked_at(path: Path, seed: int, reports: list[object]) -> Killed:
