@@ -146,12 +146,21 @@ def _of_one_device(recordings: Sequence[Recording]) -> tuple[Identity, Capabilit
         if _who(other.origin.equipment) != _who(first) or _ranges(other) != _ranges(recordings[0]):
             raise FileError("recordings of different devices or ranges", where=other.name,
                             value=str(_who(other.origin.equipment)), allowed=str(_who(first)), do="replay them apart")
+    try:
+        return _who(first), _can(recordings)
+    except ValueError as error:
+        raise FileError("settings that no device has", where=recordings[0].name, value=str(error),
+                        do="identify it as it is: nothing can be replayed by it") from error
+
+
+def _can(recordings: Sequence[Recording]) -> Capabilities:
+    """Return what the device could do; raise ValueError for settings that say nothing of the kind."""
     low, high, input_low, input_high, output_bits, input_bits = _ranges(recordings[0]) or _seen(recordings)
     rates = [recording.rate_hz for recording in recordings]
-    return _who(first), Capabilities(low, high, input_low, input_high, min(rates), max(rates), int(output_bits),
-                                     int(input_bits), max_samples=max(recording.u.size for recording in recordings),
-                                     output_step_v=_step_v(first),
-                                     inputs=min(len(recording.inputs()) for recording in recordings))
+    return Capabilities(low, high, input_low, input_high, min(rates), max(rates), int(output_bits), int(input_bits),
+                        max_samples=max(recording.u.size for recording in recordings),
+                        output_step_v=_step_v(recordings[0].origin.equipment),
+                        inputs=min(len(recording.inputs()) for recording in recordings))
 
 
 def _who(equipment: Equipment) -> Identity:

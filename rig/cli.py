@@ -6,6 +6,7 @@ the program itself, 130 stopped by Ctrl-C while nothing was being played.
 
 import signal
 import sys
+import warnings
 from threading import Event
 from types import FrameType
 from typing import Never
@@ -46,13 +47,21 @@ def run_line(arguments: list[str]) -> int:
 
     Raises KeyboardInterrupt when it is interrupted. What is imported here may take a moment, and be interrupted too.
     """
+    debug = "--debug" in arguments
+    with warnings.catch_warnings():
+        if not debug:  # what a library warns of is for who repairs the program
+            warnings.simplefilter("ignore")
+        return _run(arguments, debug)
+
+
+def _run(arguments: list[str], debug: bool) -> int:
+    """Run one command line and return its exit code."""
     import click
 
     from rig import terminal
     from rig.commands import commands
     from rig.errors import RigError
 
-    debug = "--debug" in arguments
     terminal.set_up_log(debug)
     try:
         return int(commands.main(arguments, prog_name="rig", standalone_mode=False) or 0)

@@ -2,6 +2,9 @@
 
 from collections.abc import Sequence
 
+LONGEST = 80
+"""Characters of a word from a file that a message repeats."""
+
 
 class RigError(Exception):
     """One thing that went wrong, told in one message: what, where, the value, what is allowed, what to do."""
@@ -72,10 +75,17 @@ def visible(text: str) -> str:
     return "".join(char if char.isprintable() or char == "\n" else repr(char)[1:-1] for char in text)
 
 
+def cut_short(text: str) -> str:
+    """Return ``text`` as far as a message needs it."""
+    return text if len(text) <= LONGEST else f"{text[:LONGEST - 3]}..."
+
+
 def nearest(word: str, valid: Sequence[str]) -> str | None:
     """Return the entry of ``valid`` that looks most like ``word``, or None when none does."""
     import difflib
 
+    if len(word) > LONGEST:
+        return None
     lowered = {entry.lower(): entry for entry in valid}
     found = difflib.get_close_matches(word.lower(), list(lowered), n=1, cutoff=0.5)
     return lowered[found[0]] if found else None
@@ -84,7 +94,7 @@ def nearest(word: str, valid: Sequence[str]) -> str | None:
 def unknown(kind: str, word: str, valid: Sequence[str]) -> dict[str, str]:
     """Return the ``what``, ``allowed`` and ``do`` of an unknown name, the nearest valid one proposed."""
     close = nearest(word, valid)
-    parts = {"what": f"unknown {kind} {word!r}", "allowed": ", ".join(sorted(valid))}
+    parts = {"what": f"unknown {kind} {cut_short(repr(word))}", "allowed": ", ".join(sorted(valid))}
     return {**parts, "do": f"did you mean {close!r}?"} if close else parts
 
 

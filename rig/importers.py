@@ -17,7 +17,7 @@ from rig.exported import restored
 from rig.gapped import filled
 from rig.provenance import git_commit, now, software
 from rig.readers import Table, Wanted, open_table
-from rig.recorded import Entry, Equipment, Event, Initial, Ledger, Origin, Recording
+from rig.recorded import RATES_HZ, Entry, Equipment, Event, Initial, Ledger, Origin, Recording
 from rig.spool import spooled
 from rig.timebase import Gaps, TimeBase, clock
 
@@ -104,6 +104,10 @@ def _check_columns(table: Table, asked: Asked) -> None:
 def _recording(path: Path, asked: Asked, table: Table, signals: dict[str, Samples]) -> Recording:
     """Return the signals as a recording, samples put in where the time base lacks rows."""
     base, gaps = _time_base(table, asked, signals)
+    if not RATES_HZ[0] <= base.rate_hz <= RATES_HZ[1] or not np.isfinite(base.start_s):
+        raise FileError("no clock of a recording", where=table.where,
+                        value=f"{base.rate_hz:g} Hz from {base.start_s:g} s on",
+                        allowed=f"{RATES_HZ[0]:g} to {RATES_HZ[1]:g} Hz", do="see in which unit the times are")
     u = filled(signals["u"], gaps, "held" if asked.intersample == "held" else "linear")
     inputs = {name: filled(signals[name], gaps, "nothing") for name in ("y", "u_measured") if name in signals}
     ledger = _ledger(list(inputs.values()))

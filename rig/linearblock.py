@@ -11,12 +11,17 @@ from rig.errors import MisfitError
 Coefficients = tuple[Sequence[float], Sequence[float]]
 """num and den in descending powers of s."""
 INSTANTS = 4096
+SMALLEST, LARGEST = 1e-100, 1e100
 UNSTABLE_AT = -1e-9
 """Largest real part of a pole, relative to its distance from 0, that still counts as stable."""
 
 
 def check_block(num: Sequence[float], den: Sequence[float]) -> None:
     """Raise MisfitError unless num/den is proper and has a gain at 0 Hz (assumption A1)."""
+    odd = next((value for value in (*num, *den) if value and not SMALLEST <= abs(value) <= LARGEST), None)
+    if odd is not None:
+        raise MisfitError("a coefficient that no rig has", value=f"{odd:g}",
+                          allowed=f"0, or {SMALLEST:g} to {LARGEST:g} in size", do="check its power of 10")
     if den[0] == 0:
         raise MisfitError("the leading coefficient of den is 0", do="leave it out: powers of s descend")
     if not any(num):

@@ -17,7 +17,12 @@ def with_device(recording: Recording, given: Calibration | None) -> Trace:
     known = given if given is not None or not kept else parse_calibration(kept, f"{recording.name} (its calibration)")
     if known is None:
         return trace
-    not_for = known.not_for(recording.origin.equipment, recording.rate_hz, recording.origin.started)
+    try:
+        not_for = known.not_for(recording.origin.equipment, recording.rate_hz, recording.origin.started)
+    except (ValueError, TypeError, OverflowError) as error:
+        told = f"recording {recording.origin.started!r}, calibration {known.made!r}"
+        raise FileError("recording and calibration do not both say when they were made", where=recording.name,
+                        value=told, allowed="ISO 8601 with its offset to UTC", do="leave --calibration out") from error
     if not_for:
         raise FileError("the calibration is not true of this recording", where=recording.name, value=not_for,
                         do="calibrate that device at that rate, or leave --calibration out")

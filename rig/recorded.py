@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import InitVar, dataclass, field
 from enum import IntEnum
 from types import MappingProxyType
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ Ledger = NDArray[np.uint8]
 Initial = Literal["rest", "in_motion"]
 
 
+RATES_HZ = (1e-6, 1e12)
 LOOKED_AT = 1 << 18
 """Samples looked at together, whether they are numbers: few enough for the processor's cache."""
 VOLTAGES = ("output_low", "output_high", "input_low", "input_high")
@@ -73,6 +74,16 @@ class Origin:
     started: str = ""
     finished: str = ""
 
+    def check(self) -> None:
+        """Raise ValueError for words that are no text, and ranges that are none."""
+        of, words = self.equipment, (self.git_commit, self.started, self.finished)
+        told = (*words, of.address, of.model, of.serial, of.firmware, of.calibration, *of.settings.values(),
+                *self.software.values())
+        if not all(isinstance(text, str) for text in told):
+            raise ValueError("something else where a text on the device or the program should stand")
+        if of.ranges_v is not None and not all(low < high for low, high in (of.ranges_v[:2], of.ranges_v[2:])):
+            raise ValueError(f"ranges of {of.ranges_v} V")
+
 
 @dataclass(frozen=True)
 class Recording:
@@ -120,10 +131,28 @@ class Recording:
         sizes = {key: values.size for key, values in ({"u": self.u, "ledger": ledger} | self.inputs()).items()}
         if len(set(sizes.values())) > 1 or self.u.size == 0:
             raise ValueError(f"signals of {sizes} samples; all must be equal and above 0")
-        if not (np.isfinite(self.rate_hz) and self.rate_hz > 0):
-            raise ValueError(f"sample rate of {self.rate_hz} Hz; it must be above 0 Hz")
+        self._check_facts()
         if not looked_at and not all(self._is_finite(slice(*ab)) for ab in blocks(0, self.u.size, LOOKED_AT)):
             raise ValueError("a recorded sample is not a finite number")
+
+    def _check_facts(self) -> None:
+        """Raise ValueError for what nobody can have recorded: a file may say anything."""
+        low_hz, high_hz = RATES_HZ
+        if not (isinstance(self.rate_hz, float | int) and low_hz <= self.rate_hz <= high_hz):
+            raise ValueError(f"sample rate of {self.rate_hz} Hz; it must be above 0 Hz, {low_hz:g} to {high_hz:g} Hz")
+        if not (isinstance(self.start_s, float | int) and np.isfinite(self.start_s)):
+            raise ValueError(f"a start at {self.start_s} s; it must be a finite time")
+        if self.intersample not in get_args(Intersample) or self.initial not in get_args(Initial):
+            raise ValueError(f"intersample {self.intersample!r} and initial {self.initial!r}; not what they can be")
+        if not isinstance(self.complete, bool) or not all(isinstance(text, str) for text in self._texts()):
+            raise ValueError("something else where a text, or whether the run is complete, should stand")
+        for step in self.steps:
+            if not 0 <= step.start <= step.stop <= self.u.size:
+                raise ValueError(f"a step at samples {step.start} to {step.stop} of {self.u.size}")
+        self.origin.check()
+
+    def _texts(self) -> tuple[str, ...]:
+        return (self.title, self.question, self.protocol_text, self.rig_text, self.transcript, self.reason)
 
     def _is_finite(self, at: slice) -> bool:
         """Return whether u, and the inputs where they were recorded, are numbers."""

@@ -31,6 +31,7 @@ from rig.samples import NotRead
 from rig.seal import NAME, SCHEMA, Seal, inspect, marked_at
 from rig.unfinished import LastWords, ended
 from rig.unfinished import inspect as inspect_unfinished
+from rig.unvouched import check_readable
 from rig.writing import being_written
 
 __all__ = ["Entry", "Equipment", "Event", "Origin", "Recording", "Writer", "read", "write"]
@@ -56,6 +57,8 @@ def read(path: str | Path) -> Recording:
 
 def _read(path: Path, found: Seal) -> Recording:
     unfinished = inspect_unfinished(path) if found is Seal.GROWING else None
+    if found is Seal.ABSENT:
+        check_readable(path)
     with h5py.File(path, "r") as file:
         live = unfinished is not None and unfinished.being_written
         recording = load(file, path.stem, intact=found is not Seal.ABSENT, live=live)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.trace import LONG, Samples, Step, Stored, blocks
+from rig.contained import check_contained
 from rig.journal import JOURNAL, PAGE, HarmedError, Journal, add_journal
 from rig.recorded import Entry, Equipment, Event, Ledger, Origin, Recording
 from rig.samples import InFile, Received
@@ -28,6 +29,7 @@ GROUPS = ("/", "device", "device/settings", "software")
 STEPS = {"label": str, "kind": str, "start": int, "stop": int, "repeat": int}
 EVENTS = {"kind": str, "text": str, "start": int, "stop": int}
 CHECKSUM = "sha256"
+PACKED_BYTES = 1 << 27  # of a signal that stands in pieces and is put together in memory
 AT_ONCE = LONG  # samples; a longer signal stays in the file and is read by stretches
 
 Columns = Mapping[str, type]
@@ -95,6 +97,8 @@ def load(file: h5py.File, name: str, *, intact: bool, live: bool = False) -> Rec
     Raises ForeignError for another kind of file; KeyError, ValueError, OSError and their like for a damaged one.
     """
     refuse_other_schema(file)
+    check_contained(file)
+    _check_kinds(file)
     root = _plain(file.attrs)
     wrong = () if intact else mismatches(file)
     position = _acknowledged(file) if JOURNAL in file else None
@@ -161,6 +165,17 @@ def _signal(dataset: h5py.Dataset, position: int | None = None, live: bool = Fal
     if position is not None:
         values[position:] = np.nan  # type: ignore[index]
     return values
+
+
+def _check_kinds(file: h5py.File) -> None:
+    """Raise ValueError for signals that are no real numbers, a ledger that is no bytes, and what is packed and huge."""
+    names = ("u", "y", "u_measured", LEDGER, *(f"{FURTHER}/{key}" for key in file.get(FURTHER, ())))
+    for dataset in (file[name] for name in names if name in file):
+        kind = dataset.dtype
+        if kind != np.uint8 if dataset.name == f"/{LEDGER}" else kind.kind != "f":
+            raise ValueError(f"{dataset.name} holds {kind}")
+        if dataset.nbytes > PACKED_BYTES and dataset.id.get_offset() is None:
+            raise ValueError(f"{dataset.name} is packed, and too large for that; 'h5repack -l CONTI' unpacks it")
 
 
 def digest(dataset: h5py.Dataset) -> str:

@@ -24,6 +24,9 @@ Fraction = Annotated[float, BeforeValidator(lambda value: quantity(value, "")), 
 Count = Annotated[int, Field(ge=1, le=100_000)]
 
 
+MOST_LEVELS = 100_000
+
+
 class SettleForm(Form):
     """A dwell that lasts until the rig has settled to a fraction of its step, and ``hold`` longer."""
 
@@ -40,6 +43,9 @@ class RangeForm(Form):
 
     @model_validator(mode="after")
     def _fits(self) -> "RangeForm":
+        if abs(self.stop - self.start) > MOST_LEVELS * self.step:
+            raise MisfitError("the range has too many levels", value=f"{self.step:g} V a step",
+                              allowed=f"up to {MOST_LEVELS} levels", do="take larger steps, or a triangle")
         if not stimuli.is_whole(abs(self.stop - self.start) / self.step):
             raise MisfitError("the range is no whole number of steps", value=f"{self.step:g} V",
                               allowed=f"a step that divides {abs(self.stop - self.start):g} V")

@@ -12,15 +12,17 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.errors import MisfitError, nearest
+from rig.errors import MisfitError, cut_short, nearest
 
 Number = TypeVar("Number", float, NDArray[np.float64])
 
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _ATOM = r"(?:[A-Za-zµμΩ°%]+(?:\^-?\d)?)"
-_QUANTITY = re.compile(rf"\s*(?P<number>{NUMBER})\s*(?P<unit>(?:(?:1/)?{_ATOM}(?:[*/·]{_ATOM})*)?)\s*")
+_QUANTITY = re.compile(rf"\s*(?P<number>{NUMBER})\s*(?P<unit>(?:(?:1/)?{_ATOM}(?:[*/·]{_ATOM})*)?)\s*", re.ASCII)
 _UNIT = re.compile(rf"(?:1/)?{_ATOM}(?:[*/·]{_ATOM})*")
-_MULTIPLE = re.compile(r"\s*(?P<count>\d+)\s*[x\u00d7]\s*(?P<quantity>.+)")
+_MULTIPLE = re.compile(r"\s*(?P<count>\d{1,15})\s*[x\u00d7]\s*(?P<quantity>.+)", re.ASCII)
+_LONGEST = 100
+"""Characters of a quantity."""
 _COMMON = (
     "V", "mV", "µV", "kV", "Hz", "mHz", "kHz", "MHz", "s", "ms", "µs", "us", "ns", "min", "h", "V/s", "V/ms", "V/µs",
     "kV/s", "rad/s", "rad", "deg", "V/V", "1/s", "ppm", "percent",
@@ -40,9 +42,10 @@ def quantity(value: object, unit: str) -> float:
         raise MisfitError(f"{_kind(unit)} is needed", value=repr(value), do=f"write as '{_example(unit)}'")
     if not isinstance(value, str):
         return _finite(_bare(float(value), unit), str(value))
-    found = _QUANTITY.fullmatch(value)
+    found = _QUANTITY.fullmatch(value) if len(value) <= _LONGEST else None
     if found is None:
-        raise MisfitError(f"not {_kind(unit)} with a unit", value=repr(value), do=f"write as '{_example(unit)}'")
+        raise MisfitError(f"not {_kind(unit)} with a unit", value=cut_short(repr(value)),
+                          do=f"write as '{_example(unit)}'")
     number = float(found["number"])
     return _finite(scaled(number, factor(found["unit"], unit)) if found["unit"] else _bare(number, unit), value)
 
@@ -67,7 +70,7 @@ def exact(value: float, unit: str) -> str:
 def is_unit(text: str) -> bool:
     """Return whether ``text`` is a unit by itself, such as ``mV``."""
     try:
-        return bool(_UNIT.fullmatch(text)) and _pint(text) is not None
+        return len(text) <= _LONGEST and bool(_UNIT.fullmatch(text)) and _pint(text) is not None
     except MisfitError:
         return False
 
@@ -75,8 +78,8 @@ def is_unit(text: str) -> bool:
 @cache
 def factor(source: str, target: str) -> float:
     """Return how many ``target`` one ``source`` is; raise MisfitError for an unknown unit or another dimension."""
-    if not _UNIT.fullmatch(source):
-        raise MisfitError(f"unknown unit {source!r}", do="units look like V, ms, kHz")
+    if len(source) > _LONGEST or not _UNIT.fullmatch(source):
+        raise MisfitError(f"unknown unit {cut_short(repr(source))}", do="units look like V, ms, kHz")
     one, two = _scale(source, target), _scale(source, target, 2.0)
     if not math.isclose(two, 2.0 * one, rel_tol=1e-12):
         raise MisfitError("a logarithmic or offset unit", value=source, do=f"write as '{_example(target)}'")

@@ -25,6 +25,7 @@ from rig.recordingfile import CHECKSUM, mismatches, refuse_other_schema
 from rig.seal import Seal
 from rig.unfinished import Unfinished
 from rig.unfinished import inspect as inspect_unfinished
+from rig.unvouched import check_readable
 
 LOOK_S, LOOK_BYTES_PER_S, LOOK_BYTES, GIVEN_UP_S = 6, 1e8, 1 << 30, 60.0
 """How much of the processor's time, and of memory, it may take to look into a damaged file, and how long at all."""
@@ -131,6 +132,11 @@ def _verified(path: Path, found: Seal) -> Verified:
             unfinished = inspect_unfinished(path)
         except ValueError as error:
             return Verified(path, (), (str(error),))
+    if found is Seal.ABSENT:
+        try:
+            check_readable(path)
+        except ValueError as error:
+            return Verified(path, (), (str(error),))
     return _opened(path, found, unfinished)
 
 
@@ -183,8 +189,8 @@ def _looked_into(path: Path) -> list[str]:
     cpu_s = LOOK_S + int(path.stat().st_size / LOOK_BYTES_PER_S)
     surroundings = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     try:
-        done = subprocess.run([sys.executable, "-c", program, str(path), str(cpu_s)], capture_output=True, text=True,
-                              check=True, timeout=GIVEN_UP_S + cpu_s, env=surroundings)
+        done = subprocess.run([sys.executable, "-P", "-c", program, str(path), str(cpu_s)], capture_output=True,
+                              text=True, check=True, timeout=GIVEN_UP_S + cpu_s, env=surroundings)
         return list(map(str, json.loads(done.stdout)))
     except subprocess.TimeoutExpired:
         return ["which part of it is damaged was not found in time"]

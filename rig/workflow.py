@@ -200,7 +200,10 @@ def simulate(path: str | Path, rig: str | Path | None = None) -> Simulated:
     doubt = doubt_of(runs.rig, tuple(coefficients(runs.model))) if runs.rig else None
     with _unusable(runs):
         half = half_band(runs.model, doubt, trace, SUBSTEPS) if doubt else None
-        return Simulated(trace, runs.model, answer(chain_of(runs.model, trace.intersample), trace, SUBSTEPS), half)
+        simulated = answer(chain_of(runs.model, trace.intersample), trace, SUBSTEPS)
+        if not np.isfinite(simulated).all():
+            raise ValueError("the answer of this model leaves all numbers there are: check its gains and its den")
+        return Simulated(trace, runs.model, simulated, half)
 
 
 def simulated_csv(played: Simulated) -> str:

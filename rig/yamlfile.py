@@ -6,21 +6,29 @@ numbers, ``yes`` is text; 1e-4 is a number (YAML 1.2 core schema). Every value k
 
 import json
 import re
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
+from typing import Never
 
 import yaml
 
-from rig.errors import FileError
+from rig.errors import FileError, cut_short
+from rig.references import is_file
 
 Keys = tuple[str | int, ...]
 
 MAX_BYTES = 4_000_000
+MAX_YAML = 500_000
+"""Characters, as the parser takes seconds for them."""
 MAX_DEPTH = 20
 
-_INT = re.compile(r"[+-]?\d+")
-_FLOAT = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+MAX_DIGITS = 40
+
+_INT = re.compile(r"[+-]?\d+", re.ASCII)
+_FLOAT = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 _WORDS: dict[str, object] = {"": None, "~": None, "null": None, "true": True, "false": False}
 
 
@@ -52,7 +60,7 @@ def dotted(keys: Keys) -> str:
 
 def read_text(path: Path) -> str:
     """Return the text of a small UTF-8 file; raise FileError when there is none, or it is no such file."""
-    if not path.is_file():
+    if not is_file(path):
         raise FileError("no such file" if not path.exists() else "not a file", where=str(path))
     if path.stat().st_size > MAX_BYTES:
         raise FileError("file too large for a description", where=str(path), value=f"{path.stat().st_size} bytes",
@@ -68,6 +76,15 @@ def read_text(path: Path) -> str:
 
 def parse_yaml(text: str, where: str) -> Document:
     """Return the YAML ``text`` as a Document; ``where`` names it in messages; raise FileError."""
+    if len(text) > MAX_YAML:
+        raise FileError("too much text for a description", where=where, value=f"{len(text)} characters",
+                        allowed=f"up to {MAX_YAML} characters", do="put long tables into a CSV file of their own")
+    return _parsed(text, where)
+
+
+@lru_cache(maxsize=4)
+def _parsed(text: str, where: str) -> Document:
+    """Return the Document, parsed once for all who ask where something stands in it."""
     lines: dict[Keys, int] = {}
     try:
         events = yaml.parse(text, Loader=yaml.SafeLoader)
@@ -83,8 +100,13 @@ def parse_yaml(text: str, where: str) -> Document:
 
 def parse_json(text: str, where: str) -> Document:
     """Return the JSON ``text`` as a Document without lines; raise FileError."""
+    if len(text) > MAX_BYTES:
+        raise FileError("too much text for a description", where=where, value=f"{len(text)} characters",
+                        allowed=f"up to {MAX_BYTES} characters")
     try:
-        return Document(where, text, json.loads(text, object_pairs_hook=lambda pairs: _unique(pairs, where)))
+        read = json.JSONDecoder(object_pairs_hook=lambda pairs: _unique(pairs, where), parse_int=_integer,
+                                parse_constant=lambda word: _not_a_number(word, where))
+        return Document(where, text, read.decode(text))
     except json.JSONDecodeError as error:
         raise FileError("not valid JSON", where=f"{where}:{error.lineno}", value=error.msg) from error
     except RecursionError as error:
@@ -95,7 +117,7 @@ def scalar(text: str) -> object:
     """Return what an unquoted YAML scalar stands for: None, bool, int, float, else the text itself."""
     if text.lower() in _WORDS:
         return _WORDS[text.lower()]
-    if _INT.fullmatch(text) and len(text) < 40:
+    if _INT.fullmatch(text) and len(text) < MAX_DIGITS:
         return int(text)
     return float(text) if _FLOAT.fullmatch(text) else text
 
@@ -103,9 +125,18 @@ def scalar(text: str) -> object:
 def _unique(pairs: list[tuple[str, object]], where: str) -> dict[str, object]:
     built = dict(pairs)
     if len(built) < len(pairs):
-        names = [name for name, _ in pairs]
-        raise FileError("the same key twice", where=where, value=next(n for n in names if names.count(n) > 1))
+        name, _ = Counter(name for name, _ in pairs).most_common(1)[0]
+        raise FileError("the same key twice", where=where, value=cut_short(name))
     return built
+
+
+def _integer(digits: str) -> int | float:
+    """Return an integer of JSON, in floating point where it has more digits than any number of ours."""
+    return int(digits) if len(digits) < MAX_DIGITS else float(digits)
+
+
+def _not_a_number(word: str, where: str) -> Never:
+    raise FileError("not a number of JSON", where=where, value=word, allowed="finite numbers, or null")
 
 
 def _line(event: yaml.Event) -> int:
@@ -159,7 +190,7 @@ class _Builder:
         while not isinstance(event := next(self._events), yaml.MappingEndEvent):
             key = self._key(event)
             if key in built:
-                raise self._error(f"the key {key!r} twice", event, do="keep one of them")
+                raise self._error(f"the key {cut_short(repr(key))} twice", event, do="keep one of them")
             self._lines[*keys, key] = _line(event)
             built[key] = self._node(next(self._events), (*keys, key))
         return built
@@ -174,7 +205,7 @@ class _Builder:
         if isinstance(event, yaml.AliasEvent) or getattr(event, "anchor", None):
             raise self._error("anchors and aliases are not read here", event, do="write the value out")
         if getattr(event, "tag", None):
-            raise self._error("tags are not read here", event, value=str(event.tag), do="remove the tag")  # type: ignore[attr-defined]
+            raise self._error("tags are not read here", event, value=cut_short(str(event.tag)), do="remove the tag")  # type: ignore[attr-defined]
 
     def _error(self, what: str, event: yaml.Event, value: str | None = None, do: str | None = None) -> FileError:
         return FileError(what, where=f"{self._where}:{_line(event)}", value=value, do=do)

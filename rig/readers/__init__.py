@@ -47,7 +47,9 @@ def _with_library(path: Path, start: bytes) -> Table:
         return read_tdms(path)
     if HDF5 in (start[: len(HDF5)], start[USER_BLOCK:]):
         from rig.readers.hdf5 import read_hdf5
+        from rig.unvouched import check_readable
 
+        check_readable(path, contained=False)
         return read_hdf5(path)
     if start[124:128] in (b"\x00\x01IM", b"\x01\x00MI"):
         from rig.readers.mat5 import read_mat5

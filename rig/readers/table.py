@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from struct import error as StructError  # noqa: N812
+from tokenize import TokenError
 from typing import Literal
 from zipfile import BadZipFile
 
@@ -25,7 +26,7 @@ from rig.timebase import TimeBase
 from rig.units import factor, scaled
 
 DAMAGE = (OSError, EOFError, RuntimeError, ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError,
-          AssertionError, MemoryError, zlib.error, csv.Error, BadZipFile, StructError)
+          AssertionError, MemoryError, SyntaxError, TokenError, zlib.error, csv.Error, BadZipFile, StructError)
 """What the libraries that parse files of others raise when these are damaged."""
 MOST_NAMES = 40
 NOTE = "recording"

@@ -38,6 +38,9 @@ DELIMITERS = ("\t", ";", "|", ",")
 MIXED = "latin-1 where not utf-8"
 AT_ONCE = 1 << 22  # characters read at once
 LONGEST_LINE = 1 << 22
+MOST_UNPACKED, ANY_SIZE = 100, 1 << 24
+"""Bytes of text for each one packed, and how many are harmless."""
+UNPACKED_AT_ONCE = 1 << 20
 
 Lines = Sequence[tuple[int, str]]
 """Lines that hold something, each with its number in the file."""
@@ -113,6 +116,7 @@ def read_text(path: Path) -> TextTable:
     """Return the text table at ``path``; raise FileError when it is empty or no text."""
     where = str(path)
     with readable(where):
+        _check_packing(path)
         note, first = _notes(path), list(islice(chain.from_iterable(_content(path)), 3))
         if not first:
             raise FileError("the file is empty" if path.stat().st_size == 0 else "no rows", where=where)
@@ -237,6 +241,21 @@ def _pieces(file: TextIO, where: str) -> Iterator[list[str]]:
         begun = True
         yield lines
     yield [rest]
+
+
+def _check_packing(path: Path) -> None:
+    """Raise FileError for a gzipped file that unpacks to far more than readings do; nothing of it is kept."""
+    with path.open("rb") as plain:
+        if plain.read(2) != GZIP:
+            return
+        plain.seek(0)
+        most, held = ANY_SIZE + MOST_UNPACKED * path.stat().st_size, 0
+        with gzip.GzipFile(fileobj=plain) as file:
+            while (count := len(file.read(UNPACKED_AT_ONCE))) and held <= most:
+                held += count
+    if held > most:
+        raise FileError("packed far tighter than readings are", where=str(path), value=f"over {most} bytes in it",
+                        allowed=f"up to {MOST_UNPACKED} for each of its own", do="unpack it, if you know what it is")
 
 
 @contextmanager
