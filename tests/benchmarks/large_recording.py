@@ -18,6 +18,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -45,16 +46,18 @@ TRUTH = toleranced(OP_AMP, seed=3, fraction=0.05)
 FOLDER = Path(__file__).parents[2]
 RAILS_V = 10.0
 CHILD = """
-import os, resource, sys
+import os, sys
 from rig.cli import main
 try:
     main()
 finally:
     with open("/proc/self/status") as file:
         own = next(int(line.split()[1]) for line in file if line.startswith("VmHWM"))
-    print("PEAK_KB:", own + resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss, file=sys.stderr)
+    print("PEAK_KB:", own, file=sys.stderr)
     print("CPU:", sum(os.times()[:4]), file=sys.stderr)
 """
+LOOK_S = 0.1
+PAGE_KB = os.sysconf("SC_PAGE_SIZE") // 1024
 COMMANDS = ("export", "import", "verify", "identify", "explain", "check", "run")
 PROTOCOL = """\
 spec: 1
@@ -155,7 +158,10 @@ def steps_of(samples: int) -> tuple[Step, ...]:
 
 @dataclass(frozen=True)
 class Taken:
-    """What a command in a process of its own took; the peak is that of the process and of its largest child."""
+    """What a command in a process of its own took; the peak is that of the process and that of its children together.
+
+    What the kernel tells of children that ended is no use: a child counts as large as its parent until it runs.
+    """
 
     seconds: float
     cpu_seconds: float
@@ -166,11 +172,27 @@ def taken(*arguments: str | Path) -> Taken:
     """Run ``rig`` with these arguments in a process of its own."""
     command, begun = [sys.executable, "-c", CHILD, *map(str, arguments)], time.perf_counter()
     surroundings = {**os.environ, "PYTHONPATH": str(FOLDER)}
-    done = subprocess.run(command, capture_output=True, text=True, check=False, env=surroundings)
-    if done.returncode:
-        raise RuntimeError(done.stderr)
-    seconds, peak_kb, cpu = time.perf_counter() - begun, *(_told(done.stderr, key) for key in ("PEAK_KB:", "CPU:"))
-    return Taken(seconds, cpu, int(1024 * peak_kb))
+    children_kb = 0
+    with tempfile.TemporaryFile("w+") as said:
+        child = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=said, env=surroundings)
+        while child.poll() is None:
+            children_kb = max(children_kb, _resident_kb(child.pid))
+            time.sleep(LOOK_S)
+        said.seek(0)
+        words = said.read()
+    if child.returncode:
+        raise RuntimeError(words)
+    seconds, own_kb, cpu = time.perf_counter() - begun, *(_told(words, key) for key in ("PEAK_KB:", "CPU:"))
+    return Taken(seconds, cpu, int(1024 * (own_kb + children_kb)))
+
+
+def _resident_kb(parent: int) -> int:
+    """Return the resident memory of all children of a process, and theirs."""
+    total = 0
+    with suppress(OSError):
+        for child in Path(f"/proc/{parent}/task/{parent}/children").read_text().split():
+            total += _resident_kb(int(child)) + int(Path(f"/proc/{child}/statm").read_text().split()[1]) * PAGE_KB
+    return total
 
 
 def _told(text: str, key: str) -> float:
