@@ -9,10 +9,8 @@ the libraries of others and compared number for number. Every command runs in a 
 
 import filecmp
 import os
-import subprocess
 import sys
 import tempfile
-import time
 import wave
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -26,7 +24,7 @@ from numpy.typing import NDArray
 from identify.trace import Stored, blocks
 from rig.recorded import Entry, Equipment, Origin, Recording
 from rig.recording import write
-from tests.benchmarks.large_recording import CHILD, FOLDER
+from tests.benchmarks.large_recording import Taken, taken
 
 RATE_HZ = 50_000
 FULL_SCALE = 1 << 23
@@ -43,15 +41,6 @@ class Drawn(Stored):
         return 3.0 * np.sin(self.step * np.arange(start, stop))
 
 
-@dataclass(frozen=True)
-class Ran:
-    """What one command took."""
-
-    seconds: float
-    cpu_seconds: float
-    peak_bytes: int
-
-
 def signals(samples: int) -> tuple[Drawn, Drawn]:
     return Drawn(samples, 1e-3), Drawn(samples, 0.7)
 
@@ -65,25 +54,13 @@ def record(path: Path, samples: int) -> None:
     write(path, Recording("long", float(RATE_HZ), u, y, ledger, origin))
 
 
-def ran(*arguments: str | Path) -> Ran:
-    """Run one command; raise RuntimeError when it fails."""
-    begun = time.perf_counter()
-    surroundings = {**os.environ, "PYTHONPATH": str(FOLDER)}
-    command = [sys.executable, "-c", CHILD, *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, env=surroundings)
-    if done.returncode:
-        raise RuntimeError(done.stderr)
-    peak_kb, cpu = (float(done.stderr.split(key)[1].split(maxsplit=1)[0]) for key in ("VmHWM:", "CPU:"))
-    return Ran(time.perf_counter() - begun, cpu, int(1024 * peak_kb))
-
-
-def there_and_back(folder: Path, samples: int, kind: str) -> Iterator[tuple[str, Ran, int]]:
+def there_and_back(folder: Path, samples: int, kind: str) -> Iterator[tuple[str, Taken, int]]:
     """Yield the export and the import of one kind, with the size of the file."""
     run, out, back = folder / "run.h5", folder / f"out.{kind}", folder / "back.h5"
     if not run.exists():
         record(run, samples)
-    yield f"export {kind}", ran("export", run, "--to", kind, "--out", out), out.stat().st_size
-    yield f"import {kind}", ran("import", out, "--out", back, "--overwrite"), out.stat().st_size
+    yield f"export {kind}", taken("export", run, "--to", kind, "--out", out), out.stat().st_size
+    yield f"import {kind}", taken("import", out, "--out", back, "--overwrite"), out.stat().st_size
     if not filecmp.cmp(run, back, shallow=False):
         raise AssertionError(f"{kind}: not what it was")
     out.unlink()
@@ -128,12 +105,12 @@ FOREIGN: dict[str, tuple[Callable[[Path, int], None], list[str], Callable[..., N
 }
 
 
-def brought_in(folder: Path, samples: int, kind: str) -> Iterator[tuple[str, Ran, int]]:
+def brought_in(folder: Path, samples: int, kind: str) -> Iterator[tuple[str, Taken, int]]:
     """Yield the import of a file of others."""
     put, options, expected = FOREIGN[kind]
     source, out = folder / f"in.{kind}", folder / "out.h5"
     put(source, samples)
-    yield f"import {kind}", ran("import", source, *options, "--out", out, "--overwrite"), source.stat().st_size
+    yield f"import {kind}", taken("import", source, *options, "--out", out, "--overwrite"), source.stat().st_size
     with h5py.File(out, "r") as file:
         for name, signal in zip("uy", signals(samples), strict=True):
             for a, b in blocks(0, samples):
