@@ -9,7 +9,7 @@ from contextlib import closing
 from queue import Empty, Queue
 from typing import TYPE_CHECKING
 
-from rig.errors import IncompleteError, RigError, UsageError
+from rig.errors import IncompleteError, UsageError
 from rig.provenance import program
 from rig.question import versions
 from rig.work import Do, Order, Outcome
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 CONNECT_S = 10.0
 ARRIVE_S = 60.0
 ALONE_S = 300.0
+GONE = ("cancelled", "lost")
 AHEAD = 2
 """Orders for every worker: one it does, and one on its way."""
 
@@ -79,7 +80,7 @@ def _done(client: "Client", left: Iterator[Order], address: str, do: Do) -> Iter
         if not under_way:
             return
         future = _next(ended, client, address)
-        yield _outcome(future, under_way.pop(future), address)
+        yield _outcome(future, under_way.pop(future), client, address)
 
 
 def _next(ended: "Queue[Future]", client: "Client", address: str) -> "Future":
@@ -92,16 +93,23 @@ def _next(ended: "Queue[Future]", client: "Client", address: str) -> "Future":
                 raise _gone("the cluster lost all its workers", address) from error
 
 
-def _outcome(future: "Future", order: Order, address: str) -> Outcome:
-    """Return what became of an order that ended."""
-    if future.status == "finished":
-        outcome: Outcome = future.result()
-        return outcome
-    if future.status in ("cancelled", "lost"):
-        raise _gone("the cluster went away", address)
-    error = future.exception()
-    told = str(error) if isinstance(error, RigError) else f"{type(error).__name__}: {error}".splitlines()[0]
-    return Outcome(order.path, "failed", message=f"{order.path}: it failed on the cluster: {told}")
+def _outcome(future: "Future", order: Order, client: "Client", address: str) -> Outcome:
+    """Return what became of an order that ended.
+
+    A worker may die of the next order before this outcome was fetched from it: then it is worked out once more.
+    """
+    while future.status not in GONE:
+        try:
+            outcome: Outcome = future.result(timeout=ALONE_S)
+            return outcome
+        except TimeoutError as error:
+            if not client.nthreads():
+                raise _gone("the cluster lost all its workers", address) from error
+        except Exception as error:
+            if future.status not in GONE:
+                told = f"{type(error).__name__}: {error}".splitlines()[0]
+                return Outcome(order.path, "failed", message=f"{order.path}: it failed on the cluster: {told}")
+    raise _gone("the cluster went away", address)
 
 
 def _gone(what: str, address: str) -> IncompleteError:
