@@ -1,7 +1,7 @@
 """How is work spread over a Dask cluster, whose workers come and go and read the recordings where they are?
 
-Orders are handed out a few at a time, so that a worker that dies has few of them: the scheduler gives those to another,
-and gives up an order that took several workers with it, which is then one failure.
+Orders are handed out a few at a time, so that a worker that dies has few of them: the scheduler gives those to another.
+It gives up what several workers died over, the culprit and whatever was beside it; alone, the culprit is told.
 """
 
 from collections.abc import Generator, Iterable, Iterator
@@ -68,7 +68,23 @@ def _check_workers(client: "Client", address: str) -> None:
 
 
 def _done(client: "Client", left: Iterator[Order], address: str, do: Do) -> Iterator[Outcome]:
-    """Yield outcomes while handing out what is left."""
+    """Yield outcomes; orders that workers died over are done again, each alone: then it is known which one it was."""
+    suspects = []
+    for order, outcome in _ended(client, left, address, do):
+        if outcome is None:
+            suspects.append(order)
+        else:
+            yield outcome
+    for suspect in suspects:
+        for order, outcome in _ended(client, iter([suspect]), address, do):
+            message = f"{order.path}: the workers that worked on it died, as when memory runs out"
+            yield outcome or Outcome(order.path, "failed", message=message)
+
+
+def _ended(
+    client: "Client", left: Iterator[Order], address: str, do: Do
+) -> Iterator[tuple[Order, Outcome | None]]:
+    """Yield orders and their outcomes while handing out what is left; None for what the scheduler gave up."""
     ended: Queue[Future] = Queue()
     under_way: dict[Future, Order] = {}  # a future that nobody holds is given up by the scheduler
     while True:
@@ -80,7 +96,8 @@ def _done(client: "Client", left: Iterator[Order], address: str, do: Do) -> Iter
         if not under_way:
             return
         future = _next(ended, client, address)
-        yield _outcome(future, under_way.pop(future), client, address)
+        order = under_way.pop(future)
+        yield order, _outcome(future, order, client, address)
 
 
 def _next(ended: "Queue[Future]", client: "Client", address: str) -> "Future":
@@ -93,11 +110,13 @@ def _next(ended: "Queue[Future]", client: "Client", address: str) -> "Future":
                 raise _gone("the cluster lost all its workers", address) from error
 
 
-def _outcome(future: "Future", order: Order, client: "Client", address: str) -> Outcome:
-    """Return what became of an order that ended.
+def _outcome(future: "Future", order: Order, client: "Client", address: str) -> Outcome | None:
+    """Return what became of an order that ended; None where workers died, perhaps of another order beside it.
 
     A worker may die of the next order before this outcome was fetched from it: then it is worked out once more.
     """
+    from distributed import KilledWorker
+
     while future.status not in GONE:
         try:
             outcome: Outcome = future.result(timeout=ALONE_S)
@@ -105,6 +124,8 @@ def _outcome(future: "Future", order: Order, client: "Client", address: str) -> 
         except TimeoutError as error:
             if not client.nthreads():
                 raise _gone("the cluster lost all its workers", address) from error
+        except KilledWorker:
+            return None
         except Exception as error:
             if future.status not in GONE:
                 told = f"{type(error).__name__}: {error}".splitlines()[0]
