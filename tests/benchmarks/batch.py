@@ -124,7 +124,7 @@ def on_cluster(runs: Path, out: Path, count: int, workers: int) -> Done:
     """Return what a batch on a local Dask cluster left, one of whose workers was killed on the way."""
     from distributed import LocalCluster
 
-    with LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
+    with LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=":0") as cluster:
         victim = next(iter(cluster.workers.values())).pid
         run = command(runs, out, "--scheduler", cluster.scheduler_address)
         assert when(count // 3, out, run, lambda: os.kill(victim, signal.SIGKILL)), "the batch ended before the kill"

@@ -21,7 +21,7 @@ def scheduler() -> Iterator[str]:
     """Return the address of two workers; an order that two of them died of is given up."""
     with (
         dask.config.set({"distributed.scheduler.allowed-failures": 1}),
-        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs="CRITICAL") as local,
+        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs="CRITICAL") as local,
     ):
         yield local.scheduler_address
 
