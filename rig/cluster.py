@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 CONNECT_S = 10.0
 ARRIVE_S = 60.0
 ALONE_S = 300.0
-GONE = ("cancelled", "lost")
 AHEAD = 2
 """Orders for every worker: one it does, and one on its way."""
 
@@ -117,7 +116,7 @@ def _outcome(future: "Future", order: Order, client: "Client", address: str) -> 
     """
     from distributed import KilledWorker
 
-    while future.status not in GONE:
+    while future.status != "cancelled":
         try:
             outcome: Outcome = future.result(timeout=ALONE_S)
             return outcome
@@ -127,7 +126,7 @@ def _outcome(future: "Future", order: Order, client: "Client", address: str) -> 
         except KilledWorker:
             return None
         except Exception as error:
-            if future.status not in GONE:
+            if future.status != "cancelled":
                 told = f"{type(error).__name__}: {error}".splitlines()[0]
                 return Outcome(order.path, "failed", message=f"{order.path}: it failed on the cluster: {told}")
     raise _gone("the cluster went away", address)
