@@ -92,6 +92,11 @@ class Extremes:
     high_v: float
     high_at: int
 
+    @property
+    def peak_v(self) -> float:
+        """Return the largest magnitude."""
+        return max(-self.low_v, self.high_v)
+
 
 def extremes(signal: Samples) -> Extremes:
     """Return the extremes of a signal, which is not empty."""

@@ -4,13 +4,13 @@ One form per stimulus. A form knows its keys, draws its samples in a ``Setting``
 quite what was asked for. A new stimulus is one more form and its entry in ``STIMULI``.
 """
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, Tag, model_validator
 
-from identify.trace import Samples
 from rig import stimuli
 from rig.errors import FileError, MisfitError
 from rig.forms import BY_SHAPE, Form, Gain, Hertz, PositiveSeconds, Radians, Seconds, Volts, VoltsPerSecond
@@ -131,9 +131,8 @@ class SineForm(Stimulus):
         setting.below_nyquist(self.frequency)
         time_s = self.periods / self.frequency
         samples = setting.samples(time_s, "the sine")
-        u = drawn(samples, lambda start, stop: stimuli.sine(
-            self.amplitude, stimuli.turns(samples, self.frequency, setting.rate_hz, start, stop), self.phase,
-            self.offset))  # fmt: skip
+        at = partial(stimuli.turns, samples, self.frequency, setting.rate_hz)
+        u = drawn(samples, lambda *ends: stimuli.sine(self.amplitude, at(*ends), self.phase, self.offset))
         return Drawn(u, (self.frequency,), time_s)
 
     def title(self) -> str:
@@ -155,8 +154,8 @@ class TriangleForm(Stimulus):
         setting.below_nyquist(self.frequency)
         time_s = self.periods / self.frequency
         samples = setting.samples(time_s, "the triangle")
-        u = drawn(samples, lambda start, stop: stimuli.triangle(
-            self.amplitude, stimuli.turns(samples, self.frequency, setting.rate_hz, start, stop), self.offset))
+        at = partial(stimuli.turns, samples, self.frequency, setting.rate_hz)
+        u = drawn(samples, lambda *ends: stimuli.triangle(self.amplitude, at(*ends), self.offset))
         return Drawn(u, (self.frequency,), time_s)
 
     def title(self) -> str:
@@ -192,10 +191,9 @@ class MultisineForm(Stimulus):
         setting.below_nyquist(max(self.frequencies))
         time_s = self.time or (self.periods or 1) / min(self.frequencies)
         samples = setting.samples(time_s, "the multisine")
-        u = drawn_once(samples, lambda start, stop: self._sum(samples, setting.rate_hz, start, stop))
+        u = drawn_once(samples, partial(self._sum, samples, setting.rate_hz))
         if self.peak is not None:
-            found = extremes(u)
-            factor = self.peak / max(-found.low_v, found.high_v)
+            factor = self.peak / extremes(u).peak_v
             u = altered(u, lambda values: values * factor)
         return Drawn(u, tuple(self.frequencies), time_s)
 
@@ -228,7 +226,7 @@ class MinorLoopsForm(Stimulus):
         """Return the loops in the order of their amplitudes."""
         points = stimuli.minor_loops(self.amplitudes, self.slope, self.loops, self.offset)
         samples = setting.samples(float(points[0][-1]), "the minor loops")
-        return Drawn(_along(points, samples, setting.rate_hz, straight=True))
+        return Drawn(drawn(samples, stimuli.along(points, setting.rate_hz, straight=True)))
 
     def title(self) -> str:
         """Return the number of amplitudes and the largest."""
@@ -279,7 +277,7 @@ class TableForm(Stimulus):
         if times[0] != 0 or np.any(np.diff(times) <= 0):
             raise MisfitError("the times of a table start at 0 s and ascend", value=f"from {times[0]:g} s")
         samples = setting.samples(float(times[-1]), "the table")
-        return Drawn(_along((times, levels), samples, setting.rate_hz, straight=self.between == "linear"))
+        return Drawn(drawn(samples, stimuli.along((times, levels), setting.rate_hz, straight=self.between == "linear")))
 
     def _points(self, setting: Setting) -> stimuli.Points:
         if self.file is not None:
@@ -289,12 +287,6 @@ class TableForm(Stimulus):
     def title(self) -> str:
         """Return the file, or the number of points."""
         return f"table {self.file.path}" if self.file is not None else f"table of {len(self.times or ())} points"
-
-
-def _along(points: stimuli.Points, samples: int, rate_hz: float, *, straight: bool) -> Samples:
-    """Return a table on the sample grid, drawn as it is asked for."""
-    return drawn(samples, lambda start, stop: stimuli.table(
-        points, samples, rate_hz, straight=straight, start=start, stop=stop))
 
 
 STIMULI: dict[str, type[Stimulus]] = {

@@ -3,7 +3,7 @@
 Sample k of a periodic stimulus is taken at its ``turns[k]``, the number of periods passed since the first sample.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,3 +77,8 @@ def table(
         return np.asarray(np.interp(at, times, levels), dtype=np.float64)
     slack = WHOLE / rate_hz
     return np.asarray(levels[np.searchsorted(times, at + slack, side="right") - 1], dtype=np.float64)
+
+
+def along(points: Points, rate_hz: float, *, straight: bool) -> Callable[[int, int], Array]:
+    """Return what tells the samples [start, stop) of a table."""
+    return lambda start, stop: table(points, stop, rate_hz, straight=straight, start=start, stop=stop)
