@@ -7,6 +7,7 @@ tell. ``without_seal`` is what such a tool leaves.
 import io
 import zlib
 from collections.abc import Callable, Iterator
+from itertools import islice
 from random import Random
 from typing import Any
 
@@ -56,7 +57,7 @@ def _checksums(file: h5py.File, source: h5py.File) -> None:
                 continue
             if file[name].is_virtual or file[name].external:
                 file[name].attrs[CHECKSUM] = source[name].attrs[CHECKSUM]
-            elif file[name].size < 10**6:
+            elif file[name].nbytes < 10**8:
                 file[name].attrs[CHECKSUM] = digest(file[name])
         except (KeyError, OSError, TypeError, ValueError, AttributeError, RuntimeError):
             continue
@@ -275,10 +276,10 @@ HARMLESS = {"started 'yesterday'", "y of u8", "u of u8", "ledger of u8"}
 """What may be answered as well as refused."""
 
 
-def hostile_recordings(originals: Originals) -> Iterator[Case]:
-    """Yield recordings made to harm, beside an intact one under another name."""
+def hostile_recordings(originals: Originals, every: int = 1) -> Iterator[Case]:
+    """Yield one in ``every`` of the recordings made to harm, beside an intact one under another name."""
     beside = {"other.h5": originals.run}
-    for name, change in (LINKS | SIZES | TYPES | WORDS).items():
+    for name, change in islice((LINKS | SIZES | TYPES | WORDS).items(), 0, None, every):
         held = changed(originals.run, change)
         yield Case(f"recording: {name}", {"run.h5": held, **beside}, SIMULATE, hostile=name not in HARMLESS)
     for name, held in {
