@@ -129,7 +129,7 @@ class Device(ABC):
         clock cannot make, more ``inputs`` than there are, a run longer than the device's memory.
         """
         can = self.capabilities()
-        check_samples(frozen(u), rate_hz, limits, can)
+        check_samples(u, rate_hz, limits, can)
         check_level(safe_level_v, limits, can, name="safe level")
         self._check_rate(rate_hz)
         self._check_inputs(inputs, rate_hz)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.trace import Array, Samples, blocks
+from identify.trace import Array, Samples, blocks, frozen
 from rig.errors import RefusedError
 
 if TYPE_CHECKING:
@@ -41,6 +41,10 @@ def check_samples(signal: Samples, rate_hz: float, limits: "Limits", device: Out
     Half a step of the DAC is tolerated on a level and a whole one on a slope: quantisation may round either up. A
     signal is looked at by stretches, each together with the last sample before it.
     """
+    try:
+        signal = frozen(signal)
+    except ValueError as error:
+        raise RefusedError("nothing to output", value=str(error), allowed="(N,) with N > 0") from error
     if signal.size == 0:
         raise RefusedError("nothing to output", value="no samples", allowed="(N,) with N > 0")
     for start, stop in blocks(0, signal.size):

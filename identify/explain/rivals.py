@@ -18,7 +18,7 @@ from identify.explain.select import Bench
 from identify.stage import Place
 
 Kind = tuple[str, Place]
-MENTIONED = 0.01  # an alternative less likely than this is excluded
+MENTIONED = 0.02  # an alternative less likely than this is excluded
 MOST = 3  # names in all
 WEIGHED = 6  # rivals that are fitted beside the other effects found
 UNHEARD = 0.1  # share of what goes wrong in circuits that no catalogue lists: an assumption

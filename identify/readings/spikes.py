@@ -124,7 +124,7 @@ def spikes(training: Sequence[Outliers], proof: Sequence[Outliers]) -> tuple[tup
     p_value = len(THRESHOLDS) * chance[threshold]
     if p_value > CONVINCING:
         return (), float("inf")
-    sd_v = float(np.median([o.sd_v for o in training]))
+    sd_v = float(np.median([o.sd_v for o in training if o.sd_v > 0.0]))
     sizes = np.concatenate([np.abs(o.far[out]) * o.sd_v for o, out in zip(training, found[threshold], strict=True)])
     sizes = _without_tail(sizes / sd_v, threshold)
     rate_in, size, size_sd = _fitted(sizes, threshold)

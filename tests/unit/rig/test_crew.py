@@ -37,6 +37,7 @@ def sleeps(order: Order) -> Outcome:
 
 def test_a_worker_that_dies_costs_its_own_recording_and_another_goes_on() -> None:
     names = ["a", "SIGKILL", "b", "SIGSEGV", "exit", "c"]
+    before = {key: os.environ.get(key) for key in ONE_THREAD}
     found = {outcome.path.name: outcome for outcome in outcomes(orders(*names), 1, named_deaths)}
     assert sorted(found) == sorted(names)
     assert {name for name in names if found[name].kind == "answered"} == {"a", "b", "c"}
@@ -49,9 +50,6 @@ def test_a_worker_that_dies_costs_its_own_recording_and_another_goes_on() -> Non
     assert str(os.getpid()) not in pids
     assert found["a"].text.split()[1] == "1,1,1,1"
     assert all(os.environ.get(key) == value for key, value in before.items())
-
-
-before = {key: os.environ.get(key) for key in ONE_THREAD}
 
 
 def test_a_worker_that_cannot_begin_ends_the_batch_with_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
