@@ -2,18 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
-from typing import TYPE_CHECKING
 
 from identify.compared.change import Change
 from identify.compared.comparison import Comparison
 from identify.compared.sentence import by_words, joint_words, probability
 from identify.natural_units import shown_interval
 from identify.page.drawing import AFTER, BEFORE, PALE, Picture, embedded, new_figure, page_style
-from identify.page.report import Imprint
-
-if TYPE_CHECKING:
-    from jinja2 import Environment
+from identify.page.report import Imprint, page
 
 Rows = Sequence[tuple[str, ...]]
 FURTHEST = 12.0  # standard errors drawn to either side; what changed by more is drawn at the edge
@@ -33,21 +28,14 @@ def comparison_page(found: Comparison, beside: Beside, imprint: Imprint) -> str:
     """Return the page of ``rig compare``: HTML with its picture inside."""
     with page_style():
         drawn = _picture(found.changes)
-    return _templates().get_template("comparison.html").render(
-        title=f"{found.after.model.title}: {found.verdict}", kicker=found.verdict,
-        mood="good" if found.verdict == "no change seen" else "warn", headline=found.sentence,
-        subline=f"{found.after.model.title}: from {beside.before} to {beside.after}", before=beside.before,
-        after=beside.after, rows=[_row(change) for change in found.changes], joint=joint_words(found.joint),
-        drawn=drawn, physics=found.physics, causes=beside.causes, differences=beside.differences,
-        warnings=found.warnings, devices=[], model_text=imprint.model_text, versions=imprint.versions,
-    )  # fmt: skip
-
-
-@cache
-def _templates() -> "Environment":
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    return Environment(loader=PackageLoader("identify.page"), autoescape=True, undefined=StrictUndefined)
+    return page("comparison.html", imprint, {
+        "title": f"{found.after.model.title}: {found.verdict}", "kicker": found.verdict,
+        "mood": "good" if found.verdict == "no change seen" else "warn", "headline": found.sentence,
+        "subline": f"{found.after.model.title}: from {beside.before} to {beside.after}", "before": beside.before,
+        "after": beside.after, "rows": [_row(change) for change in found.changes], "joint": joint_words(found.joint),
+        "drawn": drawn, "physics": found.physics, "causes": beside.causes, "differences": beside.differences,
+        "warnings": found.warnings, "devices": [],
+    })  # fmt: skip
 
 
 def _row(change: Change) -> dict[str, str]:

@@ -46,7 +46,7 @@ class Imprint:
 def identification_page(found: Identification, imprint: Imprint = Imprint()) -> str:
     """Return the page of ``rig identify``: HTML with its pictures inside."""
     ratio = found.rms_v / found.noise.rms_v
-    return _page("identification.html", imprint, {
+    return page("identification.html", imprint, {
         "title": f"{found.model.title}: identified",
         "kicker": "Identified rig",
         "mood": "good" if ratio <= FITTED else "warn",
@@ -66,7 +66,7 @@ def explanation_page(
     told: Explanation, found: Identification | None = None, imprint: Imprint = Imprint()
 ) -> str:
     """Return the page of ``rig explain``; ``found`` adds the staircase of the improved model."""
-    return _page("explanation.html", imprint, {
+    return page("explanation.html", imprint, {
         "title": f"{told.model.title}: {told.verdict.replace('_', ' ')}",
         "kicker": told.verdict.replace("_", " "), "mood": MOODS[told.verdict],
         "headline": told.sentence, "subline": _mismatch(told),
@@ -99,7 +99,8 @@ def finding_lines(finding: Finding) -> list[tuple[str, str]]:
     return [(name, shown_interval(interval, unit)) for name, (interval, unit) in finding.parameters.items()]
 
 
-def _page(template: str, imprint: Imprint, content: Mapping[str, Any]) -> str:
+def page(template: str, imprint: Imprint, content: Mapping[str, Any]) -> str:
+    """Return the page that a template makes of its content, with the model's text and the versions under it."""
     return _templates().get_template(template).render(
         content, model_text=imprint.model_text, versions=imprint.versions)  # fmt: skip
 

@@ -33,6 +33,18 @@ def test_a_fit_that_rests_at_the_wrong_place_moves_on_and_its_interval_holds_wha
         assert told.low <= true <= told.high
 
 
+def test_other_places_that_are_as_good_are_found_and_widen_the_interval(bench: Bench) -> None:
+    high = bench.fitted(bench.with_effects([SECOND], {"second_play.gap": 3.5, "second_play.weight": 6e-4}), [SECOND])
+    best, others = settled(bench, bench.finely(high))
+    assert others
+    told, own = spanning("second_play.gap", 1.0, best.fit, others), best.fit.ci95("second_play.gap")
+    assert told.high - told.low > own[1] - own[0]
+    assert (told.low, told.high) == (
+        min(f.ci95("second_play.gap")[0] for f in (best.fit, *others)),
+        max(f.ci95("second_play.gap")[1] for f in (best.fit, *others)),
+    )
+
+
 def test_a_law_of_one_number_has_no_second_place_to_rest_at(bench: Bench) -> None:
     only = bench.fitted(bench.with_effects([FEEDTHROUGH], {"feedthrough.k": 1e-3}), [FEEDTHROUGH])
     best, others = settled(bench, only)
