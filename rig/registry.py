@@ -85,6 +85,8 @@ def address_in(folder: Path, address: str) -> str:
     if not colon or scheme not in drivers() or driver(scheme).hardware or not where:
         return address
     name, mark, option = where.partition("?")
+    if not name:  # options alone
+        return address
     found = file_meant(name, folder)
     if found is None:
         raise MisfitError("no such file", value=name, do="give its path as seen from this protocol")

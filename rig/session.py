@@ -1,5 +1,6 @@
 """How does a protocol become a recording: planned for one device, proven there, played, kept?"""
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -7,7 +8,7 @@ from pathlib import Path
 
 from identify.trace import part
 from rig import registry, retry, runner
-from rig.amplifier import behind
+from rig.amplifier import behind, parted
 from rig.calibration import kept_for
 from rig.device import Capabilities, Device, Identity
 from rig.errors import FileError, IncompleteError, MisfitError, RefusedError, visible
@@ -26,6 +27,8 @@ from rig.yamlfile import parse_yaml
 
 RATE_MAY_GIVE = 1e-2
 """Relative; a clock that makes a rate this near plays the protocol at its own rate, and says so."""
+
+NO_RIG_NAMED = re.compile(r"loopback:(?P<options>(\?.*)?)")
 
 
 @dataclass(frozen=True)
@@ -86,7 +89,7 @@ def check(protocol_path: str | Path, address: str | None = None, rig: str | None
     ``rig`` is a rig file to take in place of the one the protocol names.
     """
     protocol = read_protocol(shipped(protocol_path), shipped(rig) if rig else None)
-    address = at_rig(address or usual_address(protocol), protocol.rig)
+    address = played_at(address, protocol)
     with registry.connect(address) as device:
         return proven(protocol, address, device)
 
@@ -101,7 +104,7 @@ def record(
     raises, before any output; a failure in the run is told in the outcome.
     """
     protocol = read_protocol(shipped(protocol_path), shipped(rig) if rig else None)
-    address = at_rig(address or usual_address(protocol), protocol.rig)
+    address = played_at(address, protocol)
     with registry.connect(address) as device:
         return play(protocol, address, device, out, progress, overwrite)
 
@@ -161,13 +164,24 @@ def _make_room(out: Path, overwrite: bool) -> None:
         path.unlink()
 
 
+def played_at(address: str | None, protocol: Protocol) -> str:
+    """Return the address a protocol is played at: its own device's where none is named, the rig's amplifier behind it.
+
+    A loopback of which no rig file is named plays the rig of the protocol.
+    """
+    bare, amplifier = parted(address or usual_address(protocol))
+    if protocol.rig_path and (named_none := NO_RIG_NAMED.fullmatch(bare)):
+        bare = f"loopback:{protocol.rig_path}{named_none['options']}"
+    return at_rig(behind(bare, amplifier), protocol.rig)
+
+
 def usual_address(protocol: Protocol) -> str:
-    """Return the device a protocol is played on when none is named: its own, or the loopback with its rig.
+    """Return the device a protocol is played on when none is named: its own, or the loopback.
 
     Raises FileError for one that only who types a command may name.
     """
     if protocol.device is None:
-        return f"loopback:{protocol.rig_path or ''}"
+        return "loopback:"
     try:
         return registry.address_in(Path(protocol.path).parent, protocol.device)
     except MisfitError as error:

@@ -1,0 +1,43 @@
+"""Is a protocol played on the rig it names, wherever no other was asked for?"""
+
+from pathlib import Path
+
+import pytest
+
+from rig.session import check
+
+RIG = "spec: 1\nrig: {name}\nG1: {{num: [1], den: [1]}}\nF: linear\nG2: {{num: [1], den: [1]}}\nnoise: 1 mV\n"
+PROTOCOL = """\
+spec: 1
+title: one level
+question: Whose rig is played?
+rig: mine.yaml
+limits: {{level: 1 V}}
+acquisition: {{rate: 1 kHz}}
+{device}steps: [{{staircase: {{levels: [0.5 V], dwell: 10 ms}}}}]
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    for name in ("mine", "other"):
+        (tmp_path / f"{name}.yaml").write_text(RIG.format(name=name))
+    return tmp_path
+
+
+def played(folder: Path, device: str = "", typed: str | None = None) -> str:
+    """Return which rig is played by a protocol that names ``device``, with ``typed`` on the command line."""
+    path = folder / "protocol.yaml"
+    path.write_text(PROTOCOL.format(device=f"device: '{device}'\n" if device else ""))
+    return check(path, typed).identity.serial
+
+
+@pytest.mark.parametrize("device", ["", "loopback:", "loopback:?seed=3"])
+@pytest.mark.parametrize("typed", [None, "loopback:", "loopback:?seed=4"])
+def test_a_loopback_that_names_no_rig_plays_the_protocol_s(folder: Path, device: str, typed: str | None) -> None:
+    assert played(folder, device, typed) == "mine"
+
+
+def test_a_loopback_that_names_a_rig_plays_that(folder: Path) -> None:
+    assert played(folder, "loopback:other.yaml") == "other"
+    assert played(folder, "loopback:", f"loopback:{folder / 'other.yaml'}?seed=2") == "other"
