@@ -19,7 +19,7 @@ from tests.proof.narration import shown
 from tests.proof.outcome import opened
 from tests.proof.seal import sealed
 from tests.proof.study import answered, append, worked
-from tests.proof.tables import between_marks, report, short
+from tests.proof.tables import between_marks, report, shortest
 from tests.proof.trial import STRATA, Key, drawn, plan
 
 NAMED, UNNAMED = (frozenset(kind.id for kind in kinds) for kinds in (LIBRARY, UNHEARD))
@@ -52,7 +52,7 @@ def told(wanted: argparse.Namespace, trials: list[str]) -> None:
     twins = exact_twins()
     print(report(outcomes, twins))
     if wanted.write:
-        for page, text in ((README, short(outcomes, twins)), (LONG, report(outcomes, twins))):
+        for page, text in ((README, shortest(outcomes, twins)), (LONG, report(outcomes, twins))):
             page.write_text(between_marks(page.read_text(encoding="utf-8"), text), encoding="utf-8")
 
 

@@ -18,6 +18,12 @@ from tests.proof.tally import (
 )
 
 BEGIN, END = "<!-- proof: begin -->", "<!-- proof: end -->"
+FALSE_ALARM = "nothing missing: false alarms"
+RIGHT = "one effect: right name first, no other"
+WITHIN = "one effect: right name among at most 3"
+WRONG = "one effect: a wrong name called likelier than not"
+COVERED = "parameters within their 95 % interval"
+FOREMOST = (FALSE_ALARM, RIGHT, WITHIN, WRONG, COVERED)
 WEAK = 0.8
 Z_BANDS = (10.0, 30.0, 100.0, 1000.0, np.inf)
 Rows = list[tuple[str, str, str]]
@@ -27,17 +33,31 @@ Twins = Mapping[str, Sequence[str]]
 
 def short(outcomes: Sequence[Outcome], twins: Twins) -> str:
     """Return the table of what was asked for and what was measured."""
+    return _table(outcomes, [*_asked(outcomes, twins), *_odds(outcomes), *_cost(outcomes)])
+
+
+def shortest(outcomes: Sequence[Outcome], twins: Twins) -> str:
+    """Return the lines of that table an operator asks for first."""
+    return _table(outcomes, [row for row in _asked(outcomes, twins) if row[0] in FOREMOST])
+
+
+def _table(outcomes: Sequence[Outcome], rows: Rows) -> str:
+    return "\n".join([_head(outcomes), "", "| what | asked | measured |", "|---|---|---|", *map(_row, rows)])
+
+
+def _asked(outcomes: Sequence[Outcome], twins: Twins) -> Rows:
+    """Return what was asked for and what was measured."""
     null, single, pair, outside, below = (
         [o for o in outcomes if o.stratum == s] for s in ("null", "single", "pair", "outside", "below")
     )
-    rows: Rows = [
-        ("nothing missing: false alarms", "at most 1 %", str(share(null, lambda o: o.verdict != "consistent"))),
-        ("one effect: right name first, no other", "90 %", str(share(single, lambda o: o.first))),
+    return [
+        (FALSE_ALARM, "at most 1 %", str(share(null, lambda o: o.verdict != "consistent"))),
+        (RIGHT, "90 %", str(share(single, lambda o: o.first))),
         ("the same, or a name for exactly the same data", "", str(share(single, lambda o: _alike(o, twins)))),
-        ("one effect: right name among at most 3", "97 %", str(share(single, lambda o: o.within))),
+        (WITHIN, "97 %", str(share(single, lambda o: o.within))),
         ("one effect: right stage", "98 %", str(share(single, lambda o: o.placed))),
-        ("one effect: a wrong name called likelier than not", "", str(share(single, confident_and_wrong))),
-        ("parameters within their 95 % interval", "90 %", str(intervals(single))),
+        (WRONG, "", str(share(single, confident_and_wrong))),
+        (COVERED, "90 %", str(intervals(single))),
         ("`explained`: held-out residual at most 1.1 x noise", "all", str(proven(outcomes))),
         ("two effects: both named", "80 %", str(share(pair, lambda o: set(o.ids) <= set(o.names)))),
         ("two effects: at least one, and no wrong name", "97 %", str(share(pair, _one_and_no_wrong))),
@@ -45,10 +65,7 @@ def short(outcomes: Sequence[Outcome], twins: Twins) -> str:
         ("outside: a wrong name called likelier than not", "at most 5 %", str(share(outside, confident_and_wrong))),
         ("outside: no name at all", "", str(share(outside, lambda o: not o.names))),
         ("below detection (z 0.3-3): a wrong name", "", str(share(below, lambda o: bool(o.wrong)))),
-        *_odds(outcomes),
-        *_cost(outcomes),
     ]
-    return "\n".join([_head(outcomes), "", "| what | asked | measured |", "|---|---|---|", *map(_row, rows)])
 
 
 def _alike(outcome: Outcome, twins: Twins) -> bool:
