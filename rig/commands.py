@@ -8,7 +8,14 @@ from typing import Any
 
 import click
 
-from rig import batch_commands, conversion_commands, device_commands, finding_commands, recording_commands
+from rig import (
+    batch_commands,
+    conversion_commands,
+    device_commands,
+    finding_commands,
+    protocol_commands,
+    recording_commands,
+)
 from rig.typed import (
     calibration_option,
     check_destinations,
@@ -29,7 +36,8 @@ from rig.typed import (
 )
 
 __all__ = [
-    "batch_commands", "commands", "conversion_commands", "device_commands", "finding_commands", "recording_commands",
+    "batch_commands", "commands", "conversion_commands", "device_commands", "finding_commands", "protocol_commands",
+    "recording_commands",
 ]  # fmt: skip
 
 

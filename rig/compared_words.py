@@ -5,15 +5,16 @@ from typing import TYPE_CHECKING
 
 from identify.natural_units import shown_interval
 from rig.comparing import Compared
-from rig.tabular import columns
+from rig.tabular import Table
 
 if TYPE_CHECKING:
     from identify.compared.change import Change
 
+HEADINGS = ("", "before", "after", "change", "in standard errors", "p, all tests counted", "")
 STATES = {"changed": "CHANGED", "no change seen": "", "cannot tell": "cannot tell", "not told": "not told"}
 
 
-def compared(done: Compared) -> Iterator[str]:
+def compared(done: Compared) -> Iterator[str | Table]:
     """Tell the verdict, every value with its change, the physics, what may be the cause, and in what files differ."""
     from identify.compared.sentence import joint_words
 
@@ -22,7 +23,7 @@ def compared(done: Compared) -> Iterator[str]:
     for side, source, recording in zip(("before", "after"), done.sources, done.recordings, strict=True):
         started = recording.origin.started[:19].replace("T", " ") or "at a time not known"
         yield f"  {side:<8} {source.path}, {started}{'' if recording.complete else ', incomplete'}"
-    yield from (f"  {line}" for line in table(found.changes))
+    yield table(found.changes)
     yield f"  {joint_words(found.joint)}"
     yield from (f"  physics  {piece.sentence}{_others(piece.could_also_be)}" for piece in found.physics)
     yield from (f"  cause?   {cause.aspect}: {cause.state}, {cause.sentence}" for cause in done.causes)
@@ -30,11 +31,9 @@ def compared(done: Compared) -> Iterator[str]:
     yield from (f"  warning: {text}" for text in found.warnings)
 
 
-def table(changes: "Sequence[Change]") -> Iterator[str]:
+def table(changes: "Sequence[Change]") -> Table:
     """Return a line for every value: before, after, and what it changed by."""
-    rows: list[tuple[str, ...]] = [("", "before", "after", "change", "in standard errors", "p, all tests counted", "")]
-    rows += [_row(change) for change in changes]
-    return columns(rows)
+    return Table(HEADINGS, tuple(_row(change) for change in changes), indent=2)
 
 
 def _row(change: "Change") -> tuple[str, ...]:

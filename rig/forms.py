@@ -1,23 +1,29 @@
 """How is a YAML mapping held against its form, so that a refusal names file, line and key?"""
 
-from functools import partial
 from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, ValidationError, model_validator
 
 from rig.errors import FileError, MisfitError, unknown
-from rig.units import multiple, quantity
+from rig.written import In
 from rig.yamlfile import Document, Keys
 
-Volts = Annotated[float, BeforeValidator(partial(quantity, unit="V"))]
-Seconds = Annotated[float, BeforeValidator(partial(quantity, unit="s")), Field(ge=0)]
-PositiveSeconds = Annotated[float, BeforeValidator(partial(quantity, unit="s")), Field(gt=0)]
-Hertz = Annotated[float, BeforeValidator(partial(quantity, unit="Hz")), Field(gt=0)]
-Rate = Annotated[float, BeforeValidator(partial(multiple, unit="Hz")), Field(gt=0)]
-VoltsPerSecond = Annotated[float, BeforeValidator(partial(quantity, unit="V/s")), Field(gt=0)]
-Radians = Annotated[float, BeforeValidator(partial(quantity, unit="rad"))]
-Gain = Annotated[float, BeforeValidator(partial(quantity, unit="V/V"))]
+Volts = Annotated[float, In("V")]
+Seconds = Annotated[float, In("s"), Field(ge=0)]
+PositiveSeconds = Annotated[float, In("s"), Field(gt=0)]
+Hertz = Annotated[float, In("Hz"), Field(gt=0)]
+Rate = Annotated[float, In("Hz", whole=True), Field(gt=0)]
+VoltsPerSecond = Annotated[float, In("V/s"), Field(gt=0)]
+Radians = Annotated[float, In("rad")]
+Gain = Annotated[float, In("V/V")]
+Fraction = Annotated[float, In(""), Field(gt=0, lt=0.5)]
 
+
+def either(*ways: tuple[str, ...]) -> dict[str, Any]:
+    """Return the JSON Schema of a mapping that has all keys of one of these ways, and none of another."""
+    every = {key for way in ways for key in way}
+    return {"oneOf": [{"required": list(way), "properties": dict.fromkeys(sorted(every - set(way)), False)}
+                      for way in ways]}
 
 
 def shape_of(value: object) -> str:

@@ -3,10 +3,10 @@
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
 from rig.errors import MisfitError
-from rig.forms import Form, Volts, VoltsPerSecond
+from rig.forms import Form, Volts, VoltsPerSecond, either
 
 
 @dataclass(frozen=True)
@@ -52,6 +52,7 @@ class Limits:
 class LimitsForm(Form):
     """``level`` on both sides of 0 V, or ``low`` and ``high``."""
 
+    model_config = ConfigDict(json_schema_extra=either(("level",), ("low", "high")))
     level: Annotated[Volts, Field(gt=0)] | None = None
     low: Volts | None = None
     high: Volts | None = None

@@ -3,7 +3,7 @@
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator
 
@@ -19,6 +19,7 @@ from rig.yamlfile import Document, parse_yaml, read_text
 STEP_KEYS = ("label", "repeats")
 SIGNAL = re.compile(r"[A-Za-z]\w{0,39}", re.ASCII)
 RETRY = re.compile(r"retry ([1-9][0-9]?)")
+NAMES: dict[str, Any] = {"items": {"type": "string", "pattern": rf"^(?!u$){SIGNAL.pattern}$"}, "uniqueItems": True}
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ class AcquisitionForm(Form):
     """
 
     rate: Rate
-    inputs: list[str] = Field(default_factory=lambda: ["y"])
+    inputs: list[str] = Field(default_factory=lambda: ["y"], json_schema_extra=NAMES)
 
     @field_validator("inputs")
     @classmethod
@@ -83,18 +84,19 @@ class AcquisitionForm(Form):
 class ProtocolForm(Form):
     """The top of a protocol file; its steps are read one by one."""
 
-    spec: Literal[1]
-    title: str = Field(min_length=1)
-    question: str = Field(min_length=1)
+    spec: Literal[1] = Field(description="The form of this file: 1.")
+    title: str = Field(min_length=1, description="What it is called, in lists and reports.")
+    question: str = Field(min_length=1, description="The question it answers.")
     limits: LimitsForm
     acquisition: AcquisitionForm
     steps: list[Any]
-    rig: str | None = None
-    device: str | None = None
-    repeats: Count = 1
-    safe_level: Volts = 0.0
-    ramp: Seconds = 0.1
-    on_overrun: str = "report"
+    rig: str | None = Field(None, description="The rig file, beside this protocol or one that comes with the program.")
+    device: str | None = Field(None, description="The address it is played at when none is typed.")
+    repeats: Annotated[Count, Field(description="How often all steps are played.")] = 1
+    safe_level: Annotated[Volts, Field(description="Where the output begins and ends.")] = 0.0
+    ramp: Annotated[Seconds, Field(description="How long the way to the safe level takes.")] = 0.1
+    on_overrun: str = Field("report", description="What is done about lost samples: report, or retry N.",
+                            json_schema_extra={"pattern": f"^(report|{RETRY.pattern})$"})
 
 
 class StepForm(Form):

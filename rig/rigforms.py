@@ -2,11 +2,11 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Discriminator, Field, Tag
+from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag
 
 from rig.amplifier import Amplifier
 from rig.errors import MisfitError
-from rig.forms import BY_SHAPE, Form, Gain, Seconds, Volts, shape_of
+from rig.forms import BY_SHAPE, Form, Gain, Seconds, Volts, either, shape_of
 from rig.limits import LimitsForm
 from rig.orders import OrdersForm, is_orders
 
@@ -81,6 +81,7 @@ def _has_one_slope(node: object) -> bool:
 class NonlinearityForm(Form):
     """F: one of its kinds."""
 
+    model_config = ConfigDict(json_schema_extra=either(("backlash",), ("curved_backlash",), ("linear",)))
     backlash: Annotated[
         Annotated[Literal["unknown"], Tag("plain")] | Annotated[BordersForm, Tag("mapping")]
         | Annotated[OneSlopeForm, Tag("one slope")],

@@ -9,18 +9,28 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Field, Tag, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, Tag, model_validator
 
 from rig import stimuli
 from rig.errors import FileError, MisfitError
-from rig.forms import BY_SHAPE, Form, Gain, Hertz, PositiveSeconds, Radians, Seconds, Volts, VoltsPerSecond
+from rig.forms import (
+    BY_SHAPE,
+    Form,
+    Fraction,
+    Gain,
+    Hertz,
+    PositiveSeconds,
+    Radians,
+    Seconds,
+    Volts,
+    VoltsPerSecond,
+    either,
+)
 from rig.readers import open_table
 from rig.references import file_meant, stays_inside
 from rig.signals import altered, drawn, drawn_once, extremes
 from rig.stimulus import Drawn, Setting, Stimulus
-from rig.units import quantity
 
-Fraction = Annotated[float, BeforeValidator(lambda value: quantity(value, "")), Field(gt=0, lt=0.5)]
 Count = Annotated[int, Field(ge=1, le=100_000)]
 
 
@@ -170,6 +180,8 @@ class MultisineForm(Stimulus):
     as eq. (45); ``schroeder`` keeps the peak low.
     """
 
+    model_config = ConfigDict(
+        json_schema_extra={"allOf": [either(("amplitude",), ("peak",)), either(("time",), ("periods",))]})
     kind = "multisine"
     frequencies: Annotated[list[Hertz], Field(min_length=1, max_length=1000)]
     time: PositiveSeconds | None = None
@@ -255,6 +267,7 @@ class FileForm(Form):
 class TableForm(Stimulus):
     """An arbitrary table of times and levels, written out or in a file of two columns; the last time is the end."""
 
+    model_config = ConfigDict(json_schema_extra=either(("times", "levels"), ("file",)))
     kind = "table"
     times: list[Seconds] | None = None
     levels: list[Volts] | None = None

@@ -12,6 +12,7 @@ import click
 if TYPE_CHECKING:
     from identify.explain.explanation import Explanation
     from identify.identification import Identification
+    from rig.tabular import Table
 
 Command = Callable[..., None]
 SETTINGS: dict[str, Any] = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
@@ -48,10 +49,31 @@ def command(name: str, *examples: str) -> Callable[[Command], click.Command]:
     return make
 
 
-def say(lines: Iterable[str]) -> None:
-    """Print a result, line by line."""
+def say(lines: "Iterable[str | Table]") -> None:
+    """Print a result line by line; tables are drawn on a terminal, and lines elsewhere."""
+    import sys
+
     for line in lines:
-        click.echo(line)
+        if isinstance(line, str):
+            click.echo(line)
+        elif sys.stdout.isatty():
+            line.draw(sys.stdout)
+        else:
+            say(line.lines())
+
+
+def tell(
+    json_to: str | None, answer: Callable[[], Mapping[str, object]], words: "Callable[[], Iterable[str | Table]]",
+) -> None:  # fmt: skip
+    """Write an answer as JSON where that was asked for; tell the words unless stdout is for the JSON."""
+    from rig.outputs import json_text, write_text
+
+    if json_to and json_to != "-":
+        write_text(json_to, json_text(answer()))
+    if json_to == "-":
+        click.echo(json_text(answer()), nl=False)
+    else:
+        say(words())
 
 
 def check_destinations(*paths: str | None) -> None:
@@ -95,7 +117,7 @@ def rows_of(rows: str | None) -> tuple[int, int | None]:
 
 def deliver(
     answer: "Identification | Explanation", json_to: str | None, report: str | None, page: Callable[[], str],
-    words: Iterable[str], beside: Mapping[str, object] = MappingProxyType({}),
+    words: "Iterable[str | Table]", beside: Mapping[str, object] = MappingProxyType({}),
 ) -> None:  # fmt: skip
     """Write what was asked for; tell the words unless stdout is for the JSON."""
     from rig.outputs import write_text

@@ -18,12 +18,13 @@ Number = TypeVar("Number", float, NDArray[np.float64])
 
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _ATOM = r"(?:[A-Za-zµμΩ°%]+(?:\^-?\d)?)"
-_QUANTITY = re.compile(rf"\s*(?P<number>{NUMBER})\s*(?P<unit>(?:(?:1/)?{_ATOM}(?:[*/·]{_ATOM})*)?)\s*", re.ASCII)
-_UNIT = re.compile(rf"(?:1/)?{_ATOM}(?:[*/·]{_ATOM})*")
+UNIT = rf"(?:1/)?{_ATOM}(?:[*/·]{_ATOM})*"
+_QUANTITY = re.compile(rf"\s*(?P<number>{NUMBER})\s*(?P<unit>(?:{UNIT})?)\s*", re.ASCII)
+_UNIT = re.compile(UNIT)
 _MULTIPLE = re.compile(r"\s*(?P<count>\d{1,15})\s*[x\u00d7]\s*(?P<quantity>.+)", re.ASCII)
 _LONGEST = 100
 """Characters of a quantity."""
-_COMMON = (
+COMMON = (
     "V", "mV", "µV", "kV", "Hz", "mHz", "kHz", "MHz", "s", "ms", "µs", "us", "ns", "min", "h", "V/s", "V/ms", "V/µs",
     "kV/s", "rad/s", "rad", "deg", "V/V", "1/s", "ppm", "percent",
 )
@@ -39,13 +40,13 @@ def quantity(value: object, unit: str) -> float:
     A bare number is accepted only where ``unit`` has no dimension. Between Hz and rad/s the factor 2 pi is applied.
     """
     if isinstance(value, bool) or not isinstance(value, int | float | str):
-        raise MisfitError(f"{_kind(unit)} is needed", value=repr(value), do=f"write as '{_example(unit)}'")
+        raise MisfitError(f"{kind_of(unit)} is needed", value=repr(value), do=f"write as '{example(unit)}'")
     if not isinstance(value, str):
         return _finite(_bare(float(value), unit), str(value))
     found = _QUANTITY.fullmatch(value) if len(value) <= _LONGEST else None
     if found is None:
-        raise MisfitError(f"not {_kind(unit)} with a unit", value=cut_short(repr(value)),
-                          do=f"write as '{_example(unit)}'")
+        raise MisfitError(f"not {kind_of(unit)} with a unit", value=cut_short(repr(value)),
+                          do=f"write as '{example(unit)}'")
     number = float(found["number"])
     return _finite(scaled(number, factor(found["unit"], unit)) if found["unit"] else _bare(number, unit), value)
 
@@ -82,7 +83,7 @@ def factor(source: str, target: str) -> float:
         raise MisfitError(f"unknown unit {cut_short(repr(source))}", do="units look like V, ms, kHz")
     one, two = _scale(source, target), _scale(source, target, 2.0)
     if not math.isclose(two, 2.0 * one, rel_tol=1e-12):
-        raise MisfitError("a logarithmic or offset unit", value=source, do=f"write as '{_example(target)}'")
+        raise MisfitError("a logarithmic or offset unit", value=source, do=f"write as '{example(target)}'")
     if "hertz" in _names(target) and "radian" in _names(source, root=True):
         return one / (2.0 * math.pi)
     if "hertz" in _names(source) and "radian" in _names(target, root=True):
@@ -105,7 +106,7 @@ def _pint(unit: str) -> Any:
     try:
         return _registry().Unit(text or "dimensionless")
     except (pint.PintError, AttributeError, ValueError) as error:
-        close = nearest(unit, _COMMON)
+        close = nearest(unit, COMMON)
         advice = f"did you mean {close!r}?" if close else "units look like V, ms, kHz"
         raise MisfitError(f"unknown unit {unit!r}", do=advice) from error
 
@@ -116,7 +117,7 @@ def _scale(source: str, target: str, number: float = 1.0) -> float:
     try:
         return float(_registry().Quantity(number, _pint(source)).to(_pint(target)).magnitude)
     except pint.DimensionalityError as error:
-        raise MisfitError(f"wrong unit {source!r}", allowed=f"{_kind(target)}, as in '{_example(target)}'") from error
+        raise MisfitError(f"wrong unit {source!r}", allowed=f"{kind_of(target)}, as in '{example(target)}'") from error
 
 
 def _names(unit: str, root: bool = False) -> str:
@@ -124,11 +125,16 @@ def _names(unit: str, root: bool = False) -> str:
     return str(_registry().Quantity(1.0, pinted).to_root_units().units if root else pinted)
 
 
+def is_bare(unit: str) -> bool:
+    """Return whether a quantity in ``unit`` may be a number alone."""
+    return bool(_pint(unit).dimensionless) and unit not in {"rad", "deg"}
+
+
 def _bare(number: float, unit: str) -> float:
-    if _pint(unit).dimensionless and unit not in {"rad", "deg"}:
+    if is_bare(unit):
         return number
     do = f"write '{number:g} {unit}'"
-    raise MisfitError("a number without a unit", value=f"{number:g}", allowed=_kind(unit), do=do)
+    raise MisfitError("a number without a unit", value=f"{number:g}", allowed=kind_of(unit), do=do)
 
 
 def scaled(number: Number, by: float) -> Number:
@@ -143,9 +149,11 @@ def _finite(number: float, text: str) -> float:
     raise MisfitError("not a finite number", value=text)
 
 
-def _kind(unit: str) -> str:
+def kind_of(unit: str) -> str:
+    """Return what a quantity in ``unit`` is called in a message."""
     return _KINDS.get(unit, f"a quantity in {unit}" if unit else "a number")
 
 
-def _example(unit: str) -> str:
+def example(unit: str) -> str:
+    """Return how a quantity in ``unit`` may be written."""
     return {"s": "200 ms", "Hz": "50 Hz", "V": "3 V", "rad": "90 deg"}.get(unit, f"3 {unit}".rstrip())

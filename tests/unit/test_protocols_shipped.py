@@ -156,3 +156,47 @@ def test_the_demo_is_short_enough_to_fit_while_one_waits() -> None:
     assert planned("demo_hold_out.yaml").duration_s <= 5.0
     assert {step.kind for step in planned("demo.yaml").steps} == {"staircase", "sine"}
     assert max(step.repeat for step in planned("demo.yaml").steps) == 1
+
+
+def test_while_the_gap_is_stuck_nothing_moves_at_either_level() -> None:
+    made, y = answer("stuck_state_sine.yaml")
+    for step in made.steps:
+        if step.kind == "sine":
+            held = y[(step.start + step.stop) // 2:step.stop]
+            assert np.ptp(held) < 1e-3 * abs(held[0]) + 1e-12
+            assert held[0] == pytest.approx(6.0 if step.label == "stuck at 6 V" else 0.0, abs=1e-2)
+
+
+@pytest.mark.parametrize(
+    "name", ["quick_check", "minor_loops", "hold_ladder", "rate_ladder", "multisine", "repeat_later"])
+def test_the_gap_moves_and_no_rail_is_met_where_that_is_promised(name: str) -> None:
+    made, y = answer(f"{name}.yaml")
+    assert np.abs(y).max() < 9.5
+    moved = {s.label for s in made.steps if np.ptp(y[s.start:s.stop]) > 3.0}
+    assert moved == {s.label for s in made.steps if s.kind != "hold"}
+
+
+def test_every_rung_of_the_rate_ladder_reaches_the_same_level_at_the_gap() -> None:
+    made, y = answer("rate_ladder.yaml")
+    peaks = [np.ptp(y[s.start:s.stop]) / 16.0 + 1.25 for s in made.steps if s.repeat == 1]
+    assert peaks == pytest.approx([2.2] * 4, abs=0.06)
+
+
+def test_held_levels_of_the_ladder_lie_on_plateaus() -> None:
+    made, y = answer("hold_ladder.yaml")
+    for step in made.steps:
+        _, on_plateau, _, other = np.split(y[step.start:step.stop], 4)
+        assert on_plateau[-1] == pytest.approx(6.0, abs=0.01)
+        assert other[-1] == pytest.approx(-6.0, abs=0.01)
+
+
+def test_a_symmetric_gap_answers_the_multisine_on_odd_lines_only() -> None:
+    made, y = answer("multisine.yaml")
+    last = last_pass(made, "3.2 V", y)
+    lines = np.abs(np.fft.rfft(last))[: 3 * 60 : 3]
+    assert lines[2::2].max() < 1e-6 * lines[1::2].max()
+
+
+def test_the_cable_is_a_cable() -> None:
+    made, y = answer("loopback_cable.yaml")
+    assert np.array_equal(y[1:], made.u[:-1])
