@@ -26,6 +26,10 @@ class Table:
         cells = [self.headings, *(tuple(visible(text).replace("\n", " ") for text in row) for row in self.rows)]
         yield from (f"{' ' * self.indent}{line}".rstrip() for line in columns(cells))
 
+    def __str__(self) -> str:
+        """Return the lines as one text."""
+        return "\n".join(self.lines())
+
     def draw(self, stream: TextIO) -> None:
         """Draw the table on a terminal."""
         from rich import box

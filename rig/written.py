@@ -1,7 +1,7 @@
 """How may a quantity be written, told twice: to the validator as a function, to an editor as a JSON Schema?
 
 Both stand in one annotation, ``In("V")``, so that a form cannot say one thing and its schema another. The schema knows
-the grammar, the sign and the common units; any other unit it takes, as only the program can tell it from a misspelt one.
+the grammar, the sign and the common units; any other unit it takes, as only the program can tell it from a misspelling.
 """
 
 from collections.abc import Callable

@@ -15,8 +15,8 @@ GALLERY = packaged() / "GALLERY.md"
 HEAD = """\
 # The gallery
 
-Protocols to be played as they are, or copied and changed: `rig protocols` lists them, `rig protocols NAME --out mine.yaml`
-makes a copy, `rig new mine.yaml` asks a few questions and writes one for your own rig. Each opens with its question, and
+Protocols to be played as they are, or copied and changed: `rig protocols` lists them, `rig protocols NAME --out F.yaml`
+makes a copy, `rig new F.yaml` asks a few questions and writes one for your own rig. Each opens with its question and
 with why it is as it is. (Made by `python -m tests.architecture.published`.)
 """
 

@@ -1,4 +1,4 @@
-"""Are the protocols that come with the program found, copied, checked and played, each from its question to a recording?"""
+"""Are the protocols that come with the program found, copied and played, each from its question to a recording?"""
 
 import json
 from pathlib import Path

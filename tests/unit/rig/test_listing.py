@@ -56,7 +56,7 @@ def test_what_is_missing_of_an_incomplete_run_is_told(folder: Path) -> None:
     facts = listed(folder).rows[-1].facts
     assert facts is not None
     assert (facts.lost, facts.complete, facts.reason) == (2, False, "cable")
-    assert "no, 2 samples not recorded" in "\n".join(words(listed(folder)))
+    assert "no, 2 samples not recorded" in "\n".join(map(str, words(listed(folder))))
 
 
 def test_one_flipped_byte_takes_a_recording_from_the_list_and_says_so(folder: Path) -> None:
@@ -77,7 +77,7 @@ def test_a_verdict_is_that_of_the_very_bytes(folder: Path) -> None:
     late = listed(folder).rows[1]
     assert late.answers == ()
     assert [a.path.name for a in late.outdated] == ["answer.json"]
-    assert "held before" in "\n".join(words(listed(folder)))
+    assert "held before" in "\n".join(map(str, words(listed(folder))))
 
 
 def test_a_recording_that_was_moved_keeps_its_verdict(folder: Path) -> None:
