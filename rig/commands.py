@@ -168,7 +168,7 @@ def identify(
     loaded = workflow.load_asked(asked)
     with terminal.bar("identifying", quiet) as progress:
         found = workflow.identify_runs(loaded, progress, borders, knots)
-    deliver(found, json_to, report, lambda: workflow.identification_html(found),
+    deliver(found, json_to, report, lambda: workflow.identification_page(found, loaded),
             [*narration.incomplete(loaded), *narration.identified(found)], {**loaded.beside(), **asked.told()})
 
 
@@ -202,7 +202,7 @@ def explain(
     with terminal.bar("explaining", quiet) as progress:
         done = followup.explain(asked, workflow.part(progress, 0.0, 0.8 if report else 1.0))
         found = workflow.identify_improved(done.runs, done.told, workflow.part(progress, 0.8, 1.0)) if report else None
-    deliver(done.told, json_to, report, lambda: workflow.explanation_html(done.told, found),
+    deliver(done.told, json_to, report, lambda: workflow.explanation_page(done.told, found, done.runs),
              [*narration.incomplete(done.runs), *narration.explained(done.told), *followup.words(done)],
             {**done.runs.beside(), **done.to_dict(), **made_from})
 

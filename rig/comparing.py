@@ -17,6 +17,7 @@ from rig.workflow import Progress, compare_traces, load
 
 if TYPE_CHECKING:
     from identify.compared.comparison import Comparison
+    from identify.page.document import Page
 
 
 @dataclass(frozen=True)
@@ -69,13 +70,17 @@ def compare_runs(
     return Compared(sources, recordings, found, differ, suspects)
 
 
-def comparison_html(done: Compared) -> str:
+def comparison_page(done: Compared) -> "Page":
     """Return the page of ``rig compare``."""
-    from identify.page.comparison_page import Beside, comparison_page
-    from identify.page.report import Imprint
+    from identify.page.comparison_page import Beside
+    from identify.page.comparison_page import comparison_page as page
+    from identify.page.document import Imprint
 
+    names = [source.path.name for source in done.sources]
     beside = Beside(
-        done.sources[0].path.name, done.sources[1].path.name, [(c.aspect, c.state, c.sentence) for c in done.causes],
+        names[0], names[1], [(c.aspect, c.state, c.sentence) for c in done.causes],
         [(d.aspect, d.what, d.before, d.after) for d in done.differ],
     )  # fmt: skip
-    return comparison_page(done.found, beside, Imprint(model_to_yaml(done.found.after.model), software()))
+    incomplete = [(name, recording.reason) for name, recording in zip(names, done.recordings, strict=True)
+                  if not recording.complete]  # fmt: skip
+    return page(done.found, beside, Imprint(model_to_yaml(done.found.after.model), software(), incomplete))

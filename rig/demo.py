@@ -32,9 +32,11 @@ def play(folder: str | Path, progress: workflow.Progress) -> Shown:
     told = workflow.explain_runs(runs, workflow.part(progress, 0.05, 0.8))
     found = workflow.identify_improved(runs, told, workflow.part(progress, 0.8, 0.95))
     progress("writing the report", 0.95)
-    texts = {"explain.json": workflow.answer_json(told), "report.html": workflow.explanation_html(told, found)}
+    report = workflow.explanation_page(told, found, runs).html()
+    texts = {"explain.json": workflow.answer_json(told), "report.html": report}
     if found is not None:
-        texts |= {"identify.json": workflow.answer_json(found), "identify.html": workflow.identification_html(found)}
+        page = workflow.identification_page(found, runs)
+        texts |= {"identify.json": workflow.answer_json(found), "identify.html": page.html()}
     for name, text in texts.items():
         write_text(folder / name, text)
     return Shown(told, folder / "report.html", (trained, held_out, *(folder / name for name in texts)))

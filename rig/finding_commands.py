@@ -76,4 +76,4 @@ def compare(
     else:
         say(compared(done))
     if report:
-        write_text(report, comparing.comparison_html(done))
+        write_text(report, comparing.comparison_page(done).html())

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from identify.page.drawing import AFTER, INK, PALE, draw_signal, new_figure, page_style
+from identify.page.drawing import AFTER, INK, PALE, draw_signal, new_figure, page_style, short
 from identify.trace import Array, Samples, Stored, blocks, part
 from rig.errors import FileError
 from rig.plan import Plan
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 MOST_NAMES = 12
+WIDTH_IN = 8.6
 STRETCHES = 2000  # of a signal too long for memory: more than a picture has pixels across
 
 
@@ -24,13 +25,13 @@ def draw_plan(plan: Plan, path: str | Path) -> None:
     The suffix of ``path`` says the kind of picture: png, svg, pdf.
     """
     with page_style():
-        figure, (ax,) = new_figure(1, 1, 3.2)
+        figure, ax = new_figure(WIDTH_IN, 3.2)
         at, values = outlined(plan.u)
         draw_signal(ax, at / plan.rate_hz, values, AFTER, "u")
         for level in (plan.limits.low_v, plan.limits.high_v):
             ax.axhline(level, color="#c23b3b", linestyle="--", linewidth=0.9)
         _name_steps(ax, plan)
-        ax.set(xlabel="time in s", ylabel="u in V", title=f"{plan.title} (limits dashed)")
+        ax.set(xlabel="time in s", ylabel="u in V", title=f"{short(plan.title)} (limits dashed)")
         try:
             figure.savefig(path, dpi=120)
         except (OSError, ValueError) as error:
@@ -53,5 +54,5 @@ def _name_steps(ax: "Axes", plan: Plan) -> None:
     for step in plan.steps if len(plan.steps) <= MOST_NAMES else ():
         start_s = step.start / plan.rate_hz
         ax.axvline(start_s, color=PALE, linewidth=0.8)
-        ax.annotate(step.label, (start_s, plan.limits.high_v), xytext=(2, -9), textcoords="offset points", fontsize=7,
-                    color=INK)  # fmt: skip
+        ax.annotate(short(step.label), (start_s, plan.limits.high_v), xytext=(2, -9), textcoords="offset points",
+                    fontsize=7, color=INK)  # fmt: skip

@@ -12,6 +12,7 @@ import click
 if TYPE_CHECKING:
     from identify.explain.explanation import Explanation
     from identify.identification import Identification
+    from identify.page.document import Page
     from rig.tabular import Table
 
 Command = Callable[..., None]
@@ -116,7 +117,7 @@ def rows_of(rows: str | None) -> tuple[int, int | None]:
 
 
 def deliver(
-    answer: "Identification | Explanation", json_to: str | None, report: str | None, page: Callable[[], str],
+    answer: "Identification | Explanation", json_to: str | None, report: str | None, page: "Callable[[], Page]",
     words: "Iterable[str | Table]", beside: Mapping[str, object] = MappingProxyType({}),
 ) -> None:  # fmt: skip
     """Write what was asked for; tell the words unless stdout is for the JSON."""
@@ -130,4 +131,4 @@ def deliver(
     else:
         say(words)
     if report:
-        write_text(report, page())
+        write_text(report, page().html())

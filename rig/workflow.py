@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from identify.explain.explanation import Explanation
     from identify.identification import Identification
     from identify.model import Model
-    from identify.page.report import Imprint
+    from identify.page.document import Imprint, Page
 
 Progress = Callable[[str, float], None]
 """Told what is being done, and which share of the whole is over."""
@@ -173,18 +173,18 @@ def part(progress: Progress, low: float, high: float) -> Progress:
     return lambda sentence, share: progress(sentence, low + (high - low) * share)
 
 
-def identification_html(found: "Identification") -> str:
+def identification_page(found: "Identification", runs: Runs) -> "Page":
     """Return the page of ``rig identify``."""
-    from identify.page.report import identification_page
+    from identify.page.report import identification_page as page
 
-    return identification_page(found, _imprint(found.model))
+    return page(found, _imprint(found.model, runs))
 
 
-def explanation_html(told: "Explanation", found: "Identification | None" = None) -> str:
+def explanation_page(told: "Explanation", found: "Identification | None", runs: Runs) -> "Page":
     """Return the page of ``rig explain``, with the staircase where the improved model was identified."""
-    from identify.page.report import explanation_page
+    from identify.page.report import explanation_page as page
 
-    return explanation_page(told, found, _imprint(told.model))
+    return page(told, found, _imprint(told.model, runs))
 
 
 def simulate(path: str | Path, rig: str | Path | None = None) -> Simulated:
@@ -224,11 +224,11 @@ def answer_json(found: "Identification | Explanation", beside: Mapping[str, obje
     return json_text({**found.to_dict(), **beside, "model": model_to_dict(found.model)})
 
 
-def _imprint(model: "Model") -> "Imprint":
+def _imprint(model: "Model", runs: Runs) -> "Imprint":
     """Return what stands on every page beside the answer."""
-    from identify.page.report import Imprint
+    from identify.page.document import Imprint
 
-    return Imprint(model_to_yaml(model), software())
+    return Imprint(model_to_yaml(model), software(), runs.incomplete)
 
 
 def _distinct(paths: Sequence[str | Path]) -> list[Path]:

@@ -2,13 +2,19 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
 
 from identify.compared.change import Change
 from identify.compared.comparison import Comparison
+from identify.compared.physics import PhysicsChange
 from identify.compared.sentence import by_words, joint_words, probability
 from identify.natural_units import shown_interval
-from identify.page.drawing import AFTER, BEFORE, PALE, Picture, embedded, new_figure, page_style
-from identify.page.report import Imprint, page
+from identify.page.document import NOTHING, Imprint, Page
+from identify.page.drawing import AFTER, BEFORE, PALE, Panel, Picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Rows = Sequence[tuple[str, ...]]
 FURTHEST = 12.0  # standard errors drawn to either side; what changed by more is drawn at the edge
@@ -24,46 +30,56 @@ class Beside:
     differences: Rows = ()
 
 
-def comparison_page(found: Comparison, beside: Beside, imprint: Imprint) -> str:
-    """Return the page of ``rig compare``: HTML with its picture inside."""
-    with page_style():
-        drawn = _picture(found.changes)
-    return page("comparison.html", imprint, {
+def comparison_page(found: Comparison, beside: Beside, imprint: Imprint = NOTHING) -> Page:
+    """Return the page of ``rig compare``."""
+    return Page("comparison.html", imprint, {
         "title": f"{found.after.model.title}: {found.verdict}", "kicker": found.verdict,
         "mood": "good" if found.verdict == "no change seen" else "warn", "headline": found.sentence,
         "subline": f"{found.after.model.title}: from {beside.before} to {beside.after}", "before": beside.before,
         "after": beside.after, "rows": [_row(change) for change in found.changes], "joint": joint_words(found.joint),
-        "drawn": drawn, "physics": found.physics, "causes": beside.causes, "differences": beside.differences,
-        "warnings": found.warnings, "devices": [],
+        "drawn": _picture(found.changes), "physics": [_piece(piece) for piece in found.physics],
+        "causes": beside.causes, "differences": beside.differences, "warnings": found.warnings, "devices": [],
     })  # fmt: skip
 
 
-def _row(change: Change) -> dict[str, str]:
+def _row(change: Change) -> tuple[str, ...]:
     """Return a value's row of the table."""
-    told, state = change.state != "not told", "" if change.state == "no change seen" else change.state
-    return {
-        "name": change.name, "before": shown_interval(change.before, change.unit),
-        "after": shown_interval(change.after, change.unit), "state": state,
-        "by": by_words(change.by, change.unit) if told else "", "p": probability(change.adjusted) if told else "",
-        "errors": f"{change.standard_errors:+.1f}" if told else "",
-    }  # fmt: skip
+    told = change.state != "not told"
+    return (
+        change.name, shown_interval(change.before, change.unit), shown_interval(change.after, change.unit),
+        by_words(change.by, change.unit) if told else "", f"{change.standard_errors:+.1f}" if told else "",
+        probability(change.adjusted) if told else "", "" if change.state == "no change seen" else change.state,
+    )  # fmt: skip
+
+
+def _piece(piece: PhysicsChange) -> tuple[str, str, str, str]:
+    """Return a row on physics that one side has."""
+    return piece.id.replace("_", " "), piece.stage, piece.sentence, ", ".join(piece.could_also_be)
 
 
 def _picture(changes: Sequence[Change]) -> Picture:
     """Draw what every value changed by, in its standard errors, with the interval of 95 %."""
-    rows = [change for change in reversed(changes) if change.state != "not told"]
-    figure, (ax,) = new_figure(1, 1, 0.8 + 0.3 * len(rows))
-    ax.axvspan(-1.96, 1.96, color=PALE, alpha=0.4, lw=0.0)
-    for i, change in enumerate(rows):
-        at = min(max(change.standard_errors, -FURTHEST), FURTHEST)
-        colour = BEFORE if change.state == "changed" else AFTER
-        ax.plot([at - 1.96, at + 1.96], [i, i], color=colour)
-        ax.plot([at], [i], "o" if abs(at) < FURTHEST else "D", color=colour)
-    ax.set_yticks(range(len(rows)), [change.name for change in rows])
-    ax.set(xlim=(-FURTHEST - 2.5, FURTHEST + 2.5), xlabel="change, in its standard errors")
-    told = ", ".join(f"{change.name} {change.standard_errors:+.1f}" for change in reversed(rows))
+    rows = [change for change in changes if change.state != "not told"]
+    told = ", ".join(f"{change.name} {change.standard_errors:+.1f}{' (changed)' * _moved(change)}" for change in rows)
+    words = f"Change of every value in its standard errors: {told}."
     return Picture(
-        "What changed, and how surely", embedded(figure), f"Change of every value in its standard errors: {told}",
-        "Bars are 95 % intervals of the change; orange is what changed with all tests counted in. A diamond lies "
-        "beyond the picture.",
+        "What changed, and how surely", (Panel(partial(_draw, rows), words, 0.8 + 0.26 * len(rows)),),
+        "Bars are 95 % intervals of the change; orange squares are what changed with all tests counted in. An arrow "
+        "says that a value lies beyond the picture.",
     )  # fmt: skip
+
+
+def _moved(change: Change) -> bool:
+    return change.state == "changed"
+
+
+def _draw(rows: Sequence[Change], ax: "Axes") -> None:
+    ax.axvspan(-1.96, 1.96, color=PALE, alpha=0.5, lw=0.0)
+    for i, change in enumerate(reversed(rows)):
+        at = min(max(change.standard_errors, -FURTHEST), FURTHEST)
+        look = BEFORE if _moved(change) else AFTER
+        marker = look.marker if abs(at) < FURTHEST else "<" if at < 0.0 else ">"
+        ax.plot([at - 1.96, at + 1.96], [i, i], color=look.colour)
+        ax.plot([at], [i], marker, color=look.colour)
+    ax.set_yticks(range(len(rows)), [change.name for change in reversed(rows)])
+    ax.set(xlim=(-FURTHEST - 2.5, FURTHEST + 2.5), xlabel="change, in its standard errors")

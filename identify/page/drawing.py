@@ -1,48 +1,74 @@
-"""How does a figure become part of a page that needs nothing from elsewhere?
+"""How does a picture become part of a page that needs nothing from elsewhere, and of one on paper?
 
-Figures are SVG with their text kept as text, or PNG where there are too many lines, embedded as data. Long signals are
-drawn as the envelope of their extremes, so that a page stays small and no peak is lost.
+A picture is a row of panels, each small enough to be read on a phone; a page sets two beside one another where it is
+wide enough. Panels are SVG with their text kept as text, or PNG where there are too many lines, embedded as data. Their
+colours differ in lightness as well, and what is told apart by colour is told apart by its line, its marker or its
+filling, too: tests/unit/identify/page/test_palette.py looks at them as the colour-blind and a grey printer do.
 """
 
 import base64
 import io
-from collections.abc import Iterator
+import warnings
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from identify.trace import Array, Mask
+from identify.page.thinned import spread
+from identify.trace import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Cells = NDArray[np.int64]
+Draw = Callable[["Axes"], None]
 
-BEFORE, AFTER, INK, PALE = "#d1711f", "#1f5fa8", "#27323d", "#c9d1d9"
-WIDTH_IN = 8.6
-ENVELOPE_BINS = 500
-LATTICE = 1500  # parts across a picture: more than it has pixels
-DPI = 150  # of pictures with so many lines that they are kept as pixels
+INK, EDGE, PALE, RECORDED = "#1f2933", "#66717c", "#d3dae0", "#939ca5"
+PANEL_IN = (4.4, 2.8)
+DPI = 150  # of panels with so many lines that they are kept as pixels
+LONGEST = 44  # characters of a name that a panel has room for
+MISSING_GLYPH = "Glyph .* missing from font"  # a name in a script that the font of the picture lacks
 STYLE: Any = {
-    "svg.fonttype": "none", "svg.hashsalt": "rig", "font.family": "sans-serif", "font.size": 9.0,
-    "axes.titlesize": 9.5,
-    "axes.edgecolor": "#8a949e", "axes.labelcolor": INK, "text.color": INK, "xtick.color": INK, "ytick.color": INK,
+    "svg.fonttype": "none", "svg.hashsalt": "rig", "pdf.fonttype": 42, "text.parse_math": False,
+    "font.family": "sans-serif", "font.size": 9.0, "axes.titlesize": 9.0, "axes.titlelocation": "left",
+    "axes.edgecolor": EDGE, "axes.labelcolor": INK, "text.color": INK, "xtick.color": INK, "ytick.color": INK,
     "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.color": "#e6eaee",
-    "axes.axisbelow": True, "legend.frameon": False, "lines.linewidth": 1.2, "path.simplify": True,
+    "axes.axisbelow": True, "legend.frameon": False, "legend.fontsize": 8.5, "lines.linewidth": 1.3,
+    "path.simplify": True,
 }  # fmt: skip
 
 
 @dataclass(frozen=True)
+class Look:
+    """How one thing is drawn in every picture: its colour, its line, and the filling and hatching of its area."""
+
+    colour: str
+    line: str = "-"
+    marker: str = "o"
+    filling: float = 1.0
+    hatch: str = ""
+
+
+BEFORE = Look("#d55e00", "--", "s", 0.45)
+AFTER = Look("#0b4a8f")
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One set of axes: what draws it, and the words that stand for it where it cannot be seen."""
+
+    draw: Draw
+    alt: str
+    height_in: float = PANEL_IN[1]
+    pixels: bool = False
+
+
+@dataclass(frozen=True)
 class Picture:
-    """A figure as a data URI, with the heading over it and the words that stand for it where it cannot be seen."""
+    """Panels under one heading."""
 
     title: str
-    data: str
-    alt: str
+    panels: tuple[Panel, ...]
     caption: str = ""
 
 
@@ -51,76 +77,64 @@ def page_style() -> Iterator[None]:
     """Draw everything inside in the style of the page."""
     import matplotlib as mpl
 
-    with mpl.rc_context(STYLE):
+    with mpl.rc_context(STYLE), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message=MISSING_GLYPH)
         yield
 
 
-def new_figure(rows: int, columns: int, height_in: float) -> tuple["Figure", list["Axes"]]:
-    """Return a figure of ``rows`` x ``columns`` axes, and the axes row by row."""
+def new_figure(width_in: float, height_in: float) -> tuple["Figure", "Axes"]:
+    """Return a figure with one set of axes."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
-    return figure, list(figure.subplots(rows, columns, squeeze=False).ravel())
+    figure = Figure(figsize=(width_in, height_in), layout="constrained")
+    return figure, figure.subplots()
 
 
-def embedded(figure: "Figure", pixels: bool = False) -> str:
-    """Return the figure as a data URI, PNG with ``pixels``, else SVG; the same figure gives the same text."""
+def embedded(panel: Panel) -> str:
+    """Return a panel as a data URI; the same panel gives the same text."""
     buffer = io.BytesIO()
-    if pixels:
-        figure.savefig(buffer, format="png", dpi=DPI, metadata={"Software": None})
-    else:
-        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
-    kind = "png" if pixels else "svg+xml"
+    with page_style():
+        figure, axes = new_figure(PANEL_IN[0], panel.height_in)
+        panel.draw(axes)
+        if panel.pixels:
+            figure.savefig(buffer, format="png", dpi=DPI, metadata={"Software": None})
+        else:
+            figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+    kind = "png" if panel.pixels else "svg+xml"
     return f"data:image/{kind};base64,{base64.b64encode(buffer.getvalue()).decode('ascii')}"
 
 
-def envelope(values: Array, bins: int = ENVELOPE_BINS) -> tuple[Array, Array, Array]:
-    """Return sample index (M,), lowest and highest value (M,) of at most ``bins`` stretches; NaN is passed over."""
-    size = values.size
-    if size <= 2 * bins:
-        return np.arange(size, dtype=np.float64), values, values
-    first = np.linspace(0, size, bins, endpoint=False).astype(np.int64)
-    low, high = np.fmin.reduceat(values, first), np.fmax.reduceat(values, first)
-    middle = 0.5 * (first + np.append(first[1:], size) - 1)
-    return middle, np.asarray(low, dtype=np.float64), np.asarray(high, dtype=np.float64)
-
-
-def draw_signal(axes: "Axes", time: Array, values: Array, colour: str, label: str) -> None:
-    """Draw a signal over time, as a line where it is short and as the band of its extremes where it is long."""
-    index, low, high = envelope(values)
+def draw_signal(axes: "Axes", time: Array, values: Array, look: Look, label: str = "") -> None:
+    """Draw a signal over time, as a line where it is short and as the area of its extremes where it is long."""
+    at, low, high = spread(time, values)
+    name = label or None
     if low is high:
-        axes.plot(time, values, color=colour, linewidth=0.8, label=label)
+        axes.plot(at, values, look.line, color=look.colour, linewidth=1.0, label=name)
     else:
-        at = np.interp(index, np.arange(time.size), time)
-        axes.fill_between(at, low, high, color=colour, linewidth=0.5, label=label)
+        axes.fill_between(at, low, high, color=look.colour, alpha=look.filling, linewidth=0.5, label=name)
 
 
-def outline(x: Array, y: Array) -> tuple[Array, Array]:
-    """Return a path in the plane with each piece of it once, NaN between pieces; detail too fine to see is lost."""
-    cell = cells(x) * LATTICE + cells(y)
-    moved = np.flatnonzero(np.diff(cell))
-    pieces = np.unique(cell[moved] * LATTICE**2 + cell[moved + 1])
-    begins, ends = np.divmod(pieces, LATTICE**2)
-    points = np.column_stack((begins, ends))
-    return _between_gaps(x, points // LATTICE), _between_gaps(y, points % LATTICE)
+def legend_above(axes: "Axes", title: str = "", columns: int = 2) -> None:
+    """Put the legend over the axes, where it hides nothing, the name of what is drawn in front of it."""
+    axes.legend(
+        loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, title=short(title) or None, alignment="left",
+        title_fontsize=9.0, borderaxespad=0.0, handlelength=1.7, handletextpad=0.5, columnspacing=1.0,
+    )  # fmt: skip
 
 
-def cells(x: Array) -> Cells:
-    """Return which of ``LATTICE`` equal parts of its range every value of x is in."""
-    return np.asarray(np.rint((x - np.min(x)) / (float(np.ptp(x)) or 1.0) * (LATTICE - 1)), dtype=np.int64)
+def logarithmic(axes: "Axes", names: Sequence[str]) -> None:
+    """Make axes ``x`` or ``y`` logarithmic, with numbers as one writes them."""
+    from matplotlib.ticker import FuncFormatter, LogFormatter
+
+    for name in names:
+        axis = axes.xaxis if name == "x" else axes.yaxis
+        (axes.set_xscale if name == "x" else axes.set_yscale)("log")
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_minor_formatter(LogFormatter())  # writes nothing where there is a decade to read from
 
 
-def _between_gaps(x: Array, pairs: Cells) -> Array:
-    """Return the values of x that pairs of cells (M, 2) stand for, NaN behind every pair, shape (3 M,)."""
-    values = np.min(x) + pairs * float(np.ptp(x)) / (LATTICE - 1)
-    return np.asarray(np.column_stack((values, np.full(values.shape[0], np.nan))).ravel(), dtype=np.float64)
-
-
-def longest_stretch(use: Mask) -> slice:
-    """Return the longest run of True."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], use, [False])).astype(np.int8)))
-    starts, stops = edges[::2], edges[1::2]
-    if starts.size == 0:
-        return slice(0, 0)
-    at = int(np.argmax(stops - starts))
-    return slice(int(starts[at]), int(stops[at]))
+def short(name: str) -> str:
+    """Return a name that fits over a panel: its middle left out where it is long, no characters that cannot be seen."""
+    seen = "".join(char if char.isprintable() else "\N{REPLACEMENT CHARACTER}" for char in name)
+    half = LONGEST // 2 - 2
+    return seen if len(seen) <= LONGEST else f"{seen[:half]} ... {seen[-half:]}"

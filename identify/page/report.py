@@ -1,12 +1,10 @@
-"""What does a bench operator read: one page that opens with the verdict and needs no network and no other file?"""
+"""What does a bench operator read: one page that opens with the verdict, and shows at first glance what it means?"""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cache, partial
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from identify.effects import catalogue, choices, units_of
-from identify.explain.explanation import Explanation, Finding, HeldOut, Range, Verdict
+from identify.explain.explanation import Explanation, Finding, Range, Verdict
 from identify.identifiability.directions import undetermined
 from identify.identification import FrequencyPoint, Identification
 from identify.interval import Interval
@@ -14,15 +12,13 @@ from identify.model import LinearF, Model, Physics, Rational
 from identify.natural_units import shown, shown_interval
 from identify.observe import Observation
 from identify.of_device import device_lines
-from identify.page import pictures, proof_picture
+from identify.page import place_pictures, rig_pictures, signal_pictures
+from identify.page.answers import Answer, beginnings, joined
 from identify.page.border_picture import borders
-from identify.page.drawing import AFTER, BEFORE, Picture, page_style
+from identify.page.document import NOTHING, Imprint, Page
+from identify.page.drawing import AFTER, BEFORE, Picture
 from identify.page.next_steps import next_steps
-from identify.page.pictures import Answer
 from identify.unnamed.stored import AT, is_unnamed
-
-if TYPE_CHECKING:
-    from jinja2 import Environment
 
 FITTED = 1.1  # residual over noise up to which a fit leaves nothing beyond the noise
 MOODS: dict[Verdict, str] = {
@@ -35,47 +31,39 @@ STAGES = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Imprint:
-    """What stands on a page beside the answer: the model as the text of a rig file, and what made the page."""
-
-    model_text: str = ""
-    versions: Mapping[str, str] = field(default_factory=dict)
-
-
-def identification_page(found: Identification, imprint: Imprint = Imprint()) -> str:
-    """Return the page of ``rig identify``: HTML with its pictures inside."""
+def identification_page(found: Identification, imprint: Imprint = NOTHING) -> Page:
+    """Return the page of ``rig identify``."""
     ratio = found.rms_v / found.noise.rms_v
-    return page("identification.html", imprint, {
+    answer = [Answer("fitted model", AFTER, found.fit.chain, beginnings(found.observations))]
+    return Page("identification.html", imprint, {
         "title": f"{found.model.title}: identified",
         "kicker": "Identified rig",
         "mood": "good" if ratio <= FITTED else "warn",
         "headline": identification_sentence(found),
         "subline": f"{found.model.title}; runs: {', '.join(o.trace.name for o in found.observations)}",
+        "glance": _present(signal_pictures.glance(answer)),
         "borders": _borders(found),
         "bend": found.bend.sentence if found.bend else "", "curves": _curves(found),
         "line": line_sentence(found.model), "blocks": _blocks(found),
-        "physics": physics_lines(found.model), "responses": _responses(found), "fit": _fit(found),
-        "not_identifiable": found.not_identifiable, "warnings": found.warnings,
+        "physics": [(_spaced(id_), stage, values) for id_, stage, values in physics_lines(found.model)],
+        "responses": _responses(found), "fit": _fit(found),
+        "not_identifiable": [(item.what, item.because, item.fixed_by) for item in found.not_identifiable],
+        "warnings": found.warnings,
         "devices": list(device_lines([o.trace for o in found.observations])),
-        "pictures": _identification_pictures(found),
+        "pictures": _identification_pictures(found, answer),
     })  # fmt: skip
 
 
 def explanation_page(
-    told: Explanation, found: Identification | None = None, imprint: Imprint = Imprint()
-) -> str:
+    told: Explanation, found: Identification | None = None, imprint: Imprint = NOTHING
+) -> Page:
     """Return the page of ``rig explain``; ``found`` adds the staircase of the improved model."""
-    return page("explanation.html", imprint, {
-        "title": f"{told.model.title}: {told.verdict.replace('_', ' ')}",
-        "kicker": told.verdict.replace("_", " "), "mood": MOODS[told.verdict],
+    return Page("explanation.html", imprint, {
+        "title": f"{told.model.title}: {_spaced(told.verdict)}",
+        "kicker": _spaced(told.verdict), "mood": MOODS[told.verdict],
         "headline": told.sentence, "subline": _mismatch(told),
         "stages": STAGES, "location": _location(told), "effects": [_effect(finding) for finding in told.effects],
-        "training": {
-            "runs": ", ".join(o.trace.name for o in told.train), "before": shown(told.training.before_v, "V"),
-            "after": shown(told.training.after_v, "V"),
-        },
-        "held_out": _held_out(told.held_out), "noise": shown(told.noise.rms_v, "V"), "noise_from": told.noise.origin,
+        "proof": _proof(told), "held_out_how": told.held_out.how, "noise_from": told.noise.origin,
         "remaining": told.remaining.sentence, "over_noise": f"{told.remaining.over_noise:.3g}",
         "devices": list(device_lines([o.trace for o in (*told.train, *told.test)])),
         "next_steps": next_steps(told), "warnings": told.warnings, "pictures": _explanation_pictures(told, found),
@@ -99,83 +87,56 @@ def finding_lines(finding: Finding) -> list[tuple[str, str]]:
     return [(name, shown_interval(interval, unit)) for name, (interval, unit) in finding.parameters.items()]
 
 
-def page(template: str, imprint: Imprint, content: Mapping[str, Any]) -> str:
-    """Return the page that a template makes of its content, with the model's text and the versions under it."""
-    return _templates().get_template(template).render(
-        content, model_text=imprint.model_text, versions=imprint.versions)  # fmt: skip
-
-
-@cache
-def _templates() -> "Environment":
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    loader = PackageLoader("identify.page")
-    return Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
-
-
-def _identification_pictures(found: Identification) -> list[Picture]:
-    answer = [Answer("fitted model", AFTER, found.fit.chain, pictures.beginnings(found.observations))]
-    return _drawn(
-        lambda: pictures.staircase(found), lambda: borders(found.bend) if found.bend else None,
-        lambda: pictures.loop(answer), lambda: pictures.residuals(answer),
-        lambda: pictures.spectra(answer), lambda: pictures.frequency_response(found),
+def _identification_pictures(found: Identification, answer: Sequence[Answer]) -> list[Picture]:
+    return _present(
+        rig_pictures.staircase(found), borders(found.bend) if found.bend else None, rig_pictures.loop(answer),
+        rig_pictures.frequency_response(found), signal_pictures.residuals(answer, "Residual of the fit"),
+        signal_pictures.spectra(answer),
     )  # fmt: skip
 
 
 def _explanation_pictures(told: Explanation, found: Identification | None) -> dict[str, list[Picture]]:
     """Return the pictures of each part of the page; ``shapes`` holds one a finding that has one, in their order."""
-    test, every = _answers(told, joined(told.test)), _answers(told, joined((*told.train, *told.test)))
+    train, test, every = (_answers(told, joined(runs)) for runs in (told.train, told.test, (*told.train, *told.test)))
     return {
-        "where": _drawn(
-            lambda: proof_picture.stages(told), lambda: pictures.mismatch(told.profiles, told.noise.rms_v),
-        ),
-        "shapes": _drawn(*(partial(proof_picture.shape, finding) for finding in told.effects)),
-        "proof": _drawn(lambda: proof_picture.before_and_after(test[0], test[1] if len(test) > 1 else None)),
-        "details": _drawn(
-            lambda: pictures.residuals(every), lambda: pictures.staircase(found) if found else None,
-            lambda: pictures.loop(every), lambda: pictures.spectra(every),
-            lambda: pictures.frequency_response(found) if found else None,
+        "glance": _present(signal_pictures.glance(test, "held out") if told.test else signal_pictures.glance(train)),
+        "where": _present(place_pictures.stages(told), place_pictures.mismatch(told.profiles, told.noise.rms_v)),
+        "shapes": _present(*(place_pictures.shape(finding) for finding in told.effects)),
+        "proof": _present(signal_pictures.residuals(test, "On data kept back")),
+        "details": _present(
+            signal_pictures.residuals(train, "On the data fitted"), rig_pictures.staircase(found) if found else None,
+            rig_pictures.loop(every), signal_pictures.spectra(every),
+            rig_pictures.frequency_response(found) if found else None,
         ),
     }  # fmt: skip
 
 
 def _answers(told: Explanation, observations: Sequence[Observation]) -> list[Answer]:
     """Return the plain model's answer to runs, and the improved one's where there is one."""
-    runs = pictures.beginnings(observations)
+    runs = beginnings(observations)
+    if told.verdict == "consistent":
+        return [Answer("model", AFTER, told.plain.chain, runs)]
     plain = Answer("plain model", BEFORE, told.plain.chain, runs)
     return [plain, Answer("improved model", AFTER, told.improved.chain, runs)] if told.effects else [plain]
 
 
-def joined(observations: Sequence[Observation]) -> tuple[Observation, ...]:
-    """Return one observation a run, using every sample that is used in any of its parts."""
-    whole: dict[str, Observation] = {}
-    for part in observations:
-        seen = whole.get(part.trace.name)
-        whole[part.trace.name] = part if seen is None else replace(part, use=seen.use | part.use)
-    return tuple(whole.values())
-
-
-def _drawn(*draw: Callable[[], Picture | None]) -> list[Picture]:
+def _present(*drawn: Picture | None) -> list[Picture]:
     """Return the pictures there is something to draw for."""
-    with page_style():
-        return [picture for picture in (make() for make in draw) if picture is not None]
+    return [picture for picture in drawn if picture is not None]
 
 
-def _borders(found: Identification) -> list[dict[str, str]]:
+def _borders(found: Identification) -> list[tuple[str, str, str]]:
     def text(intervals: Mapping[str, Interval], name: str) -> str:
         return shown_interval(intervals[name], "V" if name.startswith("D") else "V/V") if name in intervals else "-"
 
-    return [
-        {"name": name, "normalised": text(found.borders, name), "own": text(found.own_scale, name)}
-        for name in found.borders
-    ]  # fmt: skip
+    return [(name, text(found.borders, name), text(found.own_scale, name)) for name in found.borders]
 
 
-def _curves(found: Identification) -> list[dict[str, str]]:
+def _curves(found: Identification) -> list[tuple[str, str, str]]:
     """Return the knots of the borders in the rig's own scale."""
     curves = found.bend.curves if found.bend else {}
     return [
-        {"side": side, "v": shown(point.v_v, "V"), "w": shown_interval(point.w_v, "V")}
+        (side, shown(point.v_v, "V"), shown_interval(point.w_v, "V"))
         for side, points in curves.items() for point in points
     ]  # fmt: skip
 
@@ -187,12 +148,12 @@ def line_sentence(model: Model) -> str:
     return ""
 
 
-def _blocks(found: Identification) -> list[dict[str, str]]:
-    def row(name: str, block: Rational) -> dict[str, str]:
+def _blocks(found: Identification) -> list[tuple[str, str, str, str]]:
+    def row(name: str, block: Rational) -> tuple[str, str, str, str]:
         num, den = (", ".join(f"{c:.6g}" for c in side) for side in (block.num, block.den))
         late = shown_interval(found.delay, "s") if block.dead_time_s else "none"
         den = f"{den} ({note})" if (note := block_note(found, name)) else den
-        return {"name": name, "num": num, "den": den, "dead_time": late}
+        return name, num, den, late
 
     return [row(name, block) for name, block in zip(("G1", "G2"), found.blocks, strict=True)]
 
@@ -217,21 +178,20 @@ def _values(piece: Physics) -> str:
     return ", ".join(f"{name} {shown(value, units[name])}" for name, value in piece.values.items() if name in units)
 
 
-def _responses(found: Identification) -> list[dict[str, str]]:
-    def row(name: str, point: FrequencyPoint) -> dict[str, str]:
-        return {
-            "name": name, "frequency": shown(point.frequency_hz, "Hz"), "gain": shown_interval(point.gain),
-            "phase": shown_interval(point.phase_rad, "rad"),
-        }  # fmt: skip
+def _responses(found: Identification) -> list[tuple[str, str, str, str]]:
+    def row(name: str, point: FrequencyPoint) -> tuple[str, str, str, str]:
+        phase = shown_interval(point.phase_rad, "rad")
+        return name, shown(point.frequency_hz, "Hz"), shown_interval(point.gain), phase
 
     return [row(name, point) for name, points in (("G1", found.g1), ("G2", found.g2)) for point in points]
 
 
-def _fit(found: Identification) -> dict[str, str]:
-    return {
-        "rms": shown(found.rms_v, "V"), "noise": shown(found.noise.rms_v, "V"), "noise_from": found.noise_words,
-        "percent": f"{found.fit_percent:.4g} %", "search": found.fit.sentence,
-    }  # fmt: skip
+def _fit(found: Identification) -> list[tuple[str, str]]:
+    return [
+        ("residual, rms", shown(found.rms_v, "V")),
+        ("noise of a reading, rms", f"{shown(found.noise.rms_v, 'V')} ({found.noise_words})"),
+        ("fit", f"{found.fit_percent:.4g} % of the variation of y"), ("search", found.fit.sentence),
+    ]  # fmt: skip
 
 
 def _mismatch(told: Explanation) -> str:
@@ -251,15 +211,12 @@ def _location(told: Explanation) -> dict[str, Any] | None:
     }  # fmt: skip
 
 
-def _range(part: Range) -> dict[str, str]:
-    return {
-        "axis": part.axis, "low": shown(part.low, part.unit), "high": shown(part.high, part.unit),
-        "share": f"{100.0 * part.share:.0f} %",
-    }  # fmt: skip
+def _range(part: Range) -> tuple[str, str, str, str]:
+    return part.axis, shown(part.low, part.unit), shown(part.high, part.unit), f"{100.0 * part.share:.0f} %"
 
 
 def _effect(finding: Finding) -> dict[str, Any]:
-    others = [(o.id.replace("_", " "), o.stage, o.probability) for o in finding.could_also_be]
+    others = [(_spaced(o.id), o.stage, o.probability) for o in finding.could_also_be]
     return {
         "name": _name(finding.id), "sentence": finding.sentence, "parameters": finding_lines(finding),
         "equation": finding.equation, "stage": finding.stage, "form": f", form {finding.form}" if finding.form else "",
@@ -273,18 +230,27 @@ def _effect(finding: Finding) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def _spaced(id_: str) -> str:
+    return id_.replace("_", " ")
+
+
 def _name(id_: str) -> str:
     """Return what an effect is called, its everyday name behind it where the catalogue has one."""
-    kind, name = catalogue().get(id_), id_.replace("_", " ")
+    kind, name = catalogue().get(id_), _spaced(id_)
     return f"{name} ({kind.title})" if kind is not None and kind.title != name else name
 
 
-def _held_out(held: HeldOut) -> dict[str, str]:
+def _proof(told: Explanation) -> list[tuple[str, str, str, str]]:
+    """Return what the models leave of the data: fitted, held out, and held out with the named physics alone."""
+    held, noise = told.held_out, shown(told.noise.rms_v, "V")
     before, after = held.residuals.before_v, held.residuals.after_v
-    return {
-        "runs": ", ".join(held.runs) or "parts of the runs", "how": held.how, "before": shown(before, "V"),
-        "after": shown(after, "V"), "named": shown(held.named_v, "V") if before > held.named_v > after else "",
-    }  # fmt: skip
+    fitted, kept = ", ".join(o.trace.name for o in told.train), ", ".join(held.runs) or "parts of the runs"
+    rows = [
+        (f"fitted ({fitted})", told.training.before_v, told.training.after_v),
+        (f"held out ({kept})", before, after),
+        *([("held out, named physics alone", before, held.named_v)] if before > held.named_v > after else []),
+    ]
+    return [(name, shown(one, "V"), shown(other, "V"), noise) for name, one, other in rows]
 
 
 def percent(probability: float) -> str:

@@ -19,7 +19,8 @@ ALLOWED = {  # package: what it may import of the product
 PLAIN_DATA = {"identify.trace", "identify.model", "identify.interval", "identify.natural_units"}
 SEES_BOTH = {  # who may import more of identify than its plain data, and what
     "rig.workflow": {
-        "identify.joint", "identify.explain", "identify.explain.revised", "identify.page.report", "identify.chain",
+        "identify.joint", "identify.explain", "identify.explain.revised", "identify.page.report",
+        "identify.page.document", "identify.chain",
         "identify.compared", "identify.effects", "identify.simulate", "identify.uncertainty.band",
         "identify.uncertainty.coefficients",
     },
@@ -27,7 +28,7 @@ SEES_BOTH = {  # who may import more of identify than its plain data, and what
         "identify.planning.candidates", "identify.planning.design", "identify.planning.fig13",
         "identify.planning.sampling",
     },
-    "rig.comparing": {"identify.page.comparison_page", "identify.page.report"},
+    "rig.comparing": {"identify.page.comparison_page", "identify.page.document"},
     "rig.compared_words": {"identify.compared.sentence"},
     "rig.separating": {"identify.explain.separate", "identify.planning.candidates"},
     "rig.protocolfile": {"identify.planning.candidates"},

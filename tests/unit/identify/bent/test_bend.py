@@ -79,7 +79,7 @@ def test_what_cannot_be_told_of_a_shape_is_told(bent: Identification) -> None:
 
 
 def test_the_page_shows_the_shape_and_its_points(bent: Identification) -> None:
-    page = identification_page(bent)
+    page = identification_page(bent).html()
     assert "Shape of the borders" in page
     assert bent.bend.sentence in unescape(page)
 

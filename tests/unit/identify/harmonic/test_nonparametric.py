@@ -11,7 +11,7 @@ from identify.harmonic.steady import frequency_response
 from identify.interval import Interval
 from identify.joint import identify
 from identify.model import LinearF
-from identify.page.pictures import frequency_response as frequency_response_picture
+from identify.page.rig_pictures import frequency_response as frequency_response_picture
 from identify.trace import Step
 from tests.proof.rigs import OP_AMP, toleranced
 from tests.proof.stimuli import FIG13_LEVELS_V, multisine, sine, staircase

@@ -33,11 +33,13 @@ from identify.interval import Interval
 from identify.model import Backlash, LinearF, Model, Physics, Rational
 from identify.natural_units import shown, shown_interval
 from identify.noise import Noise
-from identify.observe import Observation
-from identify.page import pictures
-from identify.page.drawing import envelope, longest_stretch, outline
-from identify.page.pictures import border
-from identify.page.report import Imprint, explanation_page, identification_page, joined
+from identify.observe import Observation, rms
+from identify.page import answers
+from identify.page.answers import joined
+from identify.page.document import Imprint
+from identify.page.report import explanation_page, identification_page
+from identify.page.rig_pictures import border
+from identify.page.thinned import envelope, longest_stretch, outline
 from identify.stage import Place
 from identify.trace import Trace
 from tests.trials import shelved
@@ -195,7 +197,8 @@ def drawings(page: Page) -> list[ElementTree.Element]:
 
 @pytest.fixture(scope="module")
 def explained() -> str:
-    return explanation_page(explanation(), identification(), Imprint("spec: 1\nrig: a <b>\n", {"rig": "0.1.0"}))
+    imprint = Imprint("spec: 1\nrig: a <b>\n", {"rig": "0.1.0"}, (("sine", "stopped by <Ctrl-C>"),))
+    return explanation_page(explanation(), identification(), imprint).html()
 
 
 def test_the_page_opens_with_the_verdict(explained: str) -> None:
@@ -230,21 +233,38 @@ def test_the_page_tells_place_physics_doubt_proof_and_model(explained: str) -> N
 
 
 def test_the_signal_path_marks_the_place_and_what_cannot_be_excluded(explained: str) -> None:
-    marks = re.findall(r'<li(?: class="(\w+)")?><b>(\w+)</b>', explained)
+    marks = re.findall(r'<li(?: class="(\w+)")?(?: aria-current="true")?><b>(\w+)</b>', explained)
     assert marks == [("", "source"), ("", "G1"), ("here", "F"), ("", "G2"), ("maybe", "sense")]
     assert "What was left out: saturation (supply rails)" in Page(explained).text("h2")
 
 
 def test_every_picture_is_inside_the_page_and_told_in_words(explained: str) -> None:
     page = Page(explained)
-    assert len(page.images) == 8
-    assert len(drawings(page)) == 7
-    assert all(image["alt"] for image in page.images)
+    assert len(page.images) == 2 + 1 + 1 + 2 + 2 + 2 + 2 + 1 + 4
+    assert len(drawings(page)) == len(page.images) - 2
     titles = page.text("h2") + page.text("h3")
-    for title in ("Which stage could explain it", "Before and after, on data kept back", "Where the mismatch sits",
-                  "Residual before and after", "Staircase and borders", "Backlash loop", "Spectrum of the residual",
+    for title in ("At a glance", "Which stage could explain it", "On data kept back", "Where the mismatch sits",
+                  "On the data fitted", "Staircase and borders", "Backlash loop", "Spectrum of the residual",
                   "Frequency response"):  # fmt: skip
         assert title in titles
+
+
+def test_the_words_of_a_picture_say_what_is_to_be_seen(explained: str) -> None:
+    """Every alternative text has numbers with units in it, the very ones that are drawn, and no two are alike."""
+    words = [str(image["alt"]) for image in Page(explained).images]
+    assert len(set(words)) == len(words)
+    assert all(re.search(r"\d (?:[mµ]?V|Hz|%|degrees|settled|frequencies)", text) for text in words)
+    plain, improved = (observations()[1].residual(chain) for chain in (plain_chain(MODEL), railed()))
+    over_all = next(text for text in words if text.startswith("Recorded y minus model over all of sine: the plain"))
+    for residual in (plain, improved):
+        assert f"{shown(rms(residual), 'V', 3)} rms and at most {shown(np.max(np.abs(residual)), 'V', 3)}" in over_all
+    (stages,) = [text for text in words if text.startswith("Share of the mismatch")]
+    assert "F 97 % (a memoryless law of level of w), sense 93 %" in stages
+
+
+def test_a_recording_that_is_incomplete_is_said_to_be_at_the_top(explained: str) -> None:
+    assert explained.index("Incomplete:") < explained.index("<section")
+    assert "sine: stopped by &lt;Ctrl-C&gt;" in explained
 
 
 def test_the_page_refers_to_nothing_outside(explained: str) -> None:
@@ -270,7 +290,7 @@ def test_physics_without_a_name_shows_its_shape_and_what_to_do_next() -> None:
         verdict="unexplained", effects=(unnamed,), remaining=Remaining(20.0, "F", "It is located above."),
         held_out=HeldOut(("sine",), "a run of its own", Residuals(0.2034, 0.01013), 0.2034),
     )  # fmt: skip
-    page = Page(explanation_page(told))
+    page = Page(explanation_page(told).html())
     assert "What it looks like" in page.text("h3")
     assert "staircase of fine steps" in page.text("main")
     assert "probes on v and w" in page.text("main")
@@ -281,7 +301,7 @@ def test_physics_without_a_name_shows_its_shape_and_what_to_do_next() -> None:
 
 def test_the_page_names_what_named_physics_alone_leaves() -> None:
     held = HeldOut(("sine",), "a run of its own", Residuals(0.2034, 0.01013), 0.05)
-    words = Page(explanation_page(explanation(verdict="partly_explained", held_out=held))).text("main")
+    words = Page(explanation_page(explanation(verdict="partly_explained", held_out=held)).html()).text("main")
     assert "held out, named physics alone" in words
     assert "50 mV" in words
 
@@ -289,7 +309,7 @@ def test_the_page_names_what_named_physics_alone_leaves() -> None:
 def test_nothing_missing_is_told_without_effects() -> None:
     text = explanation_page(
         explanation(verdict="consistent", sentence="Nothing is missing.", location=None, effects=(), profiles=())
-    )
+    ).html()
     page = Page(text)
     assert page.text("h1") == "Nothing is missing."
     assert 'id="location"' not in text
@@ -297,19 +317,19 @@ def test_nothing_missing_is_told_without_effects() -> None:
 
 
 def test_the_identification_page_has_the_numbers_and_what_cannot_be_told() -> None:
-    page = Page(identification_page(identification()))
+    page = Page(identification_page(identification()).html())
     words = page.text("main")
     assert "nothing beyond the noise is left" in page.text("h1")
     for expected in ("8.0012 ± 0.002", "1.25030 V ± 600 µV", "0.15720 ± 0.0003", "it moves freely",
                      "raise it above 7.95 V", "99.87 %"):  # fmt: skip
         assert expected in words
-    assert len(page.images) == 5
+    assert len(page.images) == 2 + 2 + 1 + 4 + 2 + 1
 
 
 def test_a_poor_fit_and_a_failed_one_are_said_first() -> None:
-    assert "20 times the noise" in Page(identification_page(identification(rms_v=0.2))).text("h1")
+    assert "20 times the noise" in identification_page(identification(rms_v=0.2)).content["headline"]
     failed = replace(fitted(plain_chain(MODEL)), converged=False, sentence="no minimum within 30 iterations")
-    assert "did not settle (no minimum within 30" in Page(identification_page(identification(fit=failed))).text("h1")
+    assert "did not settle (no minimum within 30" in identification_page(identification(fit=failed)).content["headline"]
 
 
 def test_a_rig_without_backlash_or_staircase_has_its_page_too() -> None:
@@ -319,28 +339,28 @@ def test_a_rig_without_backlash_or_staircase_has_its_page_too() -> None:
             identification(
                 model=model, fit=fitted(plain_chain(model)), borders={}, own_scale={}, staircase=(), g1=(), g2=()
             )
-        )
+        ).html()
     )
     assert "w = 0.93 v + 2 mV" in page.text("main")
     assert "dead time" in page.text("table")
     assert "delay 1 ms" in page.text("table")
-    assert len(page.images) == 3
+    assert len(page.images) == 2 + 1 + 2 + 1
 
 
 def test_a_long_run_makes_a_small_page() -> None:
     u = 3.0 * np.sin(2 * np.pi * 5.0 * np.arange(400_000) / 10_000.0)
     one = Observation(trace("long", u, railed()), np.ones(u.size, dtype=bool), 0.01)
-    text = explanation_page(explanation(train=(one,), test=()))
+    text = explanation_page(explanation(train=(one,), test=())).html()
     assert len(text) < 1_500_000
 
 
 @pytest.mark.parametrize("counts_from", [0, 30_000])
 def test_of_a_very_long_run_the_beginning_is_drawn(monkeypatch: pytest.MonkeyPatch, counts_from: int) -> None:
-    monkeypatch.setattr(pictures, "DRAWN", 20_000)
+    monkeypatch.setattr(answers, "DRAWN", 20_000)
     u = 3.0 * np.sin(2 * np.pi * 5.0 * np.arange(50_000) / 10_000.0)
     use = np.arange(u.size) >= counts_from
     one = Observation(shelved(trace("long", u, railed())), use, 0.01)
-    assert "drawn up to sample 20000" in explanation_page(explanation(train=(one,), test=()))
+    assert "drawn up to sample 20000" in explanation_page(explanation(train=(one,), test=())).html()
 
 
 def test_parts_of_one_run_are_drawn_as_one_run() -> None:

@@ -1,0 +1,93 @@
+"""What does a picture hold against the recordings: a chain under the name and look it has in every picture?"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from identify.chain import Chain
+from identify.observe import Observation, rms
+from identify.page.drawing import Look
+from identify.trace import Array
+
+DRAWN = 1 << 21  # samples of a run, at most: drawing needs all of them in memory
+SHORTEST, LONGEST, SHARE = 300, 1500, 0.05  # samples of the stretch that is looked at closely; its share of a run
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A chain under the name and look it has in every picture, beside the runs it is held against."""
+
+    label: str
+    look: Look
+    chain: Chain
+    observations: tuple[Observation, ...]
+
+    @cached_property
+    def misfits(self) -> tuple[Array, ...]:
+        """Return recording less model of every run, V, also where a sample does not count."""
+        return tuple(o.residual(self.chain) for o in self.observations)
+
+    @cached_property
+    def residuals(self) -> tuple[Array, ...]:
+        """Return the residual of every run, V; NaN where a sample does not count."""
+        return tuple(np.where(o.use, e, np.nan) for o, e in zip(self.observations, self.misfits, strict=True))
+
+    def left(self, row: int) -> float:
+        """Return the rms of a run's residual, V; 0 where no sample counts."""
+        e = self.residuals[row]
+        return rms(e[np.isfinite(e)])
+
+    @property
+    def name(self) -> str:
+        """Return the label in one word where there is one, for where there is little room."""
+        return self.label.removesuffix(" model")
+
+
+def beginnings(observations: Sequence[Observation]) -> tuple[Observation, ...]:
+    """Return of every run what is drawn of it."""
+    return tuple(o.until(DRAWN) for o in observations)
+
+
+def cut(observations: Sequence[Observation]) -> str:
+    """Return a sentence that says how much of long runs is drawn, nothing where all of them is."""
+    return f" A long run is drawn up to sample {DRAWN}." if any(o.trace.size == DRAWN for o in observations) else ""
+
+
+def joined(observations: Sequence[Observation]) -> tuple[Observation, ...]:
+    """Return one observation a run, using every sample that is used in any of its parts."""
+    whole: dict[str, Observation] = {}
+    for part in observations:
+        seen = whole.get(part.trace.name)
+        whole[part.trace.name] = part if seen is None else replace(part, use=seen.use | part.use)
+    return tuple(whole.values())
+
+
+def times(observation: Observation) -> Array:
+    """Return the clock at every sample of a run, s."""
+    trace = observation.trace
+    return np.asarray(trace.start_s + np.arange(trace.size) / trace.rate_hz)
+
+
+def worst(residual: Array) -> slice:
+    """Return the stretch in which a residual is largest, samples."""
+    size = _stretch(residual.size)
+    energy = np.concatenate(([0.0], np.cumsum(np.square(np.nan_to_num(residual)))))
+    first = int(np.argmax(energy[size:] - energy[:-size]))
+    return slice(first, first + size)
+
+
+def liveliest(observation: Observation) -> slice:
+    """Return the stretch in which the readings that count swing most, samples."""
+    size = _stretch(observation.trace.size)
+    y = np.where(observation.use, observation.trace.y[:], np.nan)
+    firsts = range(0, y.size - size + 1, max(size // 4, 1))
+    swing = [np.fmax.reduce(y[a : a + size]) - np.fmin.reduce(y[a : a + size]) for a in firsts]
+    first = firsts[int(np.argmax(np.nan_to_num(swing)))]
+    return slice(first, first + size)
+
+
+def _stretch(samples: int) -> int:
+    """Return how many samples of a run are looked at closely."""
+    return min(samples, int(np.clip(SHARE * samples, SHORTEST, LONGEST)))
