@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from drivers import ngspice
 from identify.trace import Step
 from rig.device import POLL_S, Array, Device, Flag
 from rig.errors import DeviceError, RefusedError
@@ -104,7 +105,10 @@ BENCHES: dict[str, Callable[[Path, str], AbstractContextManager[str]]] = {
     **({"replay": replayed} if "replay" in drivers() else {}),
     "firmware": firmware,
 }
-NEEDS = {"firmware": pytest.mark.skipif(bool(missing()), reason=missing())}
+NEEDS = {
+    "firmware": pytest.mark.skipif(bool(missing()), reason=missing()),
+    "spice": pytest.mark.skipif(bool(ngspice.missing()), reason=ngspice.missing()),
+}
 """What keeps a bench from being tried."""
 
 
