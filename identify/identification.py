@@ -10,6 +10,7 @@ from identify.harmonic.measured import Measured
 from identify.interval import Interval, number
 from identify.model import Model, Rational
 from identify.noise import Noise
+from identify.notebook.glance import Glance, Seen
 from identify.observe import Observation
 from identify.of_device import devices_dict
 from identify.uncertainty.certainty import Certainty
@@ -79,8 +80,8 @@ class Unidentifiable:
         return {"what": self.what, "because": self.because, "fixed_by": self.fixed_by}
 
 
-@dataclass(frozen=True)
-class Identification:
+@dataclass(frozen=True, repr=False)
+class Identification(Seen):
     """The refitted model with intervals, what the staircase showed, and what the data cannot tell.
 
     ``borders`` (S_L, D_L, S_U, D_U), ``g1`` and ``g2`` are normalised as in the paper, V_p = 1 and G2(0) = 1; borders
@@ -121,6 +122,12 @@ class Identification:
         """Return where the figure of the noise is from, and whether it is coloured."""
         coloured = any(o.colour.taps for o in self.observations)
         return f"{'coloured ' if coloured else ''}noise from {self.noise.origin}"
+
+    def glance(self) -> Glance:
+        """Return the borders, the blocks and how well they fit."""
+        from identify.notebook.answers import of_identification
+
+        return of_identification(self)
 
     def to_dict(self) -> dict[str, object]:
         """Return the answer of ``rig identify --json``, schema rig.identify/1, less the rig-file form of the model."""

@@ -3,12 +3,17 @@
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from identify.interval import Interval
+from identify.natural_units import shown
+from identify.notebook.glance import Glance, Seen
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -120,8 +125,8 @@ class KnownDevice:
     facts: tuple[tuple[str, Interval, str], ...] = ()
 
 
-@dataclass(frozen=True)
-class Trace:
+@dataclass(frozen=True, repr=False)
+class Trace(Seen):
     """One recording on a uniform time base.
 
     ``u`` and ``y`` are in V, shape (N,). y[k] is read at t[k] = start_s + k / rate_hz, just before u[k] acts.
@@ -157,6 +162,20 @@ class Trace:
     def size(self) -> int:
         """Return the number of samples."""
         return int(self.u.size)
+
+    def glance(self) -> Glance:
+        """Return how long it is, what was played, what is missing."""
+        length = f"{self.size} samples at {shown(self.rate_hz, 'Hz')}, {shown(self.size / self.rate_hz, 's')}"
+        steps = tuple((step.label, f"{step.stop - step.start} samples") for step in self.steps)
+        lost = 0 if self.valid is None else self.size - int(np.count_nonzero(self.valid))
+        missing = (("missing", f"{lost} samples"),) if lost else ()
+        return Glance("Trace", f"{self.name}, {length}, u {self.intersample} between samples", (*missing, *steps))
+
+    def plot(self) -> "list[Axes]":
+        """Draw u and y over time, what is missing left out, on axes of pyplot; return them."""
+        from identify.notebook.plots import signals
+
+        return signals(self.name, self.rate_hz, {"u": self.u, "y": self.y}, self.valid, self.start_s)
 
     @property
     def late_s(self) -> float:

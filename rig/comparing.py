@@ -1,9 +1,10 @@
 """What changed between two days, and was it the rig, or what was played, the device, its calibration?"""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from identify.notebook.glance import Glance, Seen
 from rig.causes import Cause, causes
 from rig.differences import Difference, differences, first_apart
 from rig.errors import UsageError
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
     from identify.page.document import Page
 
 
-@dataclass(frozen=True)
-class Compared:
+@dataclass(frozen=True, repr=False)
+class Compared(Seen):
     """What changed, in what the files differ, and what of that may be the cause; ``causes`` is empty for no change."""
 
     sources: tuple[Source, Source]
@@ -29,6 +30,11 @@ class Compared:
     found: "Comparison"
     differ: tuple[Difference, ...]
     causes: tuple[Cause, ...]
+
+    def glance(self) -> Glance:
+        """Return the verdict, what changed, and what may be the cause."""
+        told = self.found.glance()
+        return replace(told, rows=(*told.rows, *((cause.aspect, cause.sentence) for cause in self.causes)))
 
     def to_dict(self) -> dict[str, object]:
         """Return the answer of ``rig compare --json``."""

@@ -4,15 +4,20 @@ from collections.abc import Mapping
 from dataclasses import InitVar, dataclass, field
 from enum import IntEnum
 from types import MappingProxyType
-from typing import Literal, get_args
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.natural_units import shown
+from identify.notebook.glance import Glance, Seen
 from identify.trace import Intersample, Mask, Samples, Step, Stored, Trace, blocks, frozen, part
 from rig.errors import FileError
 from rig.samples import Bridged
 from rig.units import quantity
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Ledger = NDArray[np.uint8]
 Initial = Literal["rest", "in_motion"]
@@ -85,8 +90,8 @@ class Origin:
             raise ValueError(f"ranges of {of.ranges_v} V")
 
 
-@dataclass(frozen=True)
-class Recording:
+@dataclass(frozen=True, repr=False)
+class Recording(Seen):
     """One run. ``u`` is what the output was told, ``u_measured`` an input that read it back; V, shape (N,) as ``y``.
 
     ``further`` are the other inputs by name. All inputs are read at start_s + k / rate_hz, just before u[k] acts.
@@ -170,6 +175,29 @@ class Recording:
     def count(self, entry: Entry) -> int:
         """Return how many samples the ledger has under ``entry``; over all entries they add up to N."""
         return int(np.count_nonzero(self.ledger == entry))
+
+    def glance(self) -> Glance:
+        """Return what was played on what and when, and whether all of it is there."""
+        size, lost = self.u.size, self.u.size - self.count(Entry.RECORDED)
+        length = f"{size} samples at {shown(self.rate_hz, 'Hz')}, {shown(size / self.rate_hz, 's')}"
+        whole = "complete" if self.complete else f"INCOMPLETE: {self.reason}"
+        of = self.origin.equipment
+        rows = {
+            "question": self.question, "device": " ".join(filter(None, (of.address, of.model, of.serial))),
+            "started": self.origin.started, "missing": f"{lost} samples" if lost else "",
+            "inputs": ", ".join(self.inputs()),
+        }  # fmt: skip
+        shown_rows = tuple((name, value) for name, value in rows.items() if value)
+        steps = tuple(("step", f"{step.label}, {step.stop - step.start} samples") for step in self.steps)
+        return Glance("Recording", f"{self.name} ({self.title}), {length}, {whole}", (*shown_rows, *steps))
+
+    def plot(self) -> "list[Axes]":
+        """Draw u and all inputs over time on axes of pyplot, missing samples hatched; return the axes."""
+        from identify.notebook.plots import signals
+
+        title = self.name if self.complete else f"{self.name}: incomplete, {self.reason}"
+        recorded = self.ledger == Entry.RECORDED
+        return signals(title, self.rate_hz, {"u": self.u, **self.inputs()}, recorded, self.start_s)
 
     def trace(self) -> Trace:
         """Return what identification sees: up to the last sample recorded, lost ones bridged and marked not valid.

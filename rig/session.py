@@ -6,6 +6,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from identify.natural_units import shown
+from identify.notebook.glance import Glance, Seen
 from identify.trace import part
 from rig import registry, retry, runner
 from rig.amplifier import behind, parted
@@ -31,8 +33,8 @@ RATE_MAY_GIVE = 1e-2
 NO_RIG_NAMED = re.compile(r"loopback:(?P<options>(\?.*)?)")
 
 
-@dataclass(frozen=True)
-class Checked:
+@dataclass(frozen=True, repr=False)
+class Checked(Seen):
     """A protocol proven on a device: nothing was output, and everything that can be refused was not."""
 
     plan: Plan
@@ -40,6 +42,18 @@ class Checked:
     identity: Identity
     capabilities: Capabilities
     asked_rate_hz: float
+
+    def glance(self) -> Glance:
+        """Return what would be played on what."""
+        plan = self.plan
+        low_v, high_v = plan.range_v
+        length = f"{plan.u.size} samples at {shown(plan.rate_hz, 'Hz')}, {shown(plan.duration_s, 's')}"
+        rows = (
+            ("question", plan.question), ("device", f"{self.address} ({self.identity})"),
+            ("levels", f"{low_v:.6g} to {high_v:.6g} V"), ("slew", shown(plan.slew_v_per_s, "V/s")),
+            *(("note", note) for note in plan.notes),
+        )  # fmt: skip
+        return Glance("Accepted", f"{plan.title}, {length}; nothing was output", rows)
 
 
 @dataclass(frozen=True)

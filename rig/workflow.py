@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from identify.natural_units import shown
+from identify.notebook.glance import Glance, Seen
 from identify.trace import Array, Trace
 from rig.calibration import Calibration, parse_calibration, read_calibration
 from rig.doubt import doubt_of
@@ -25,6 +27,8 @@ from rig.rigfile import RigFile, model_to_dict, model_to_yaml, parse_rig, read_r
 from rig.session import shipped
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from identify.bent.curves import Form
     from identify.compared.comparison import Comparison
     from identify.explain.contenders import Contender
@@ -35,6 +39,8 @@ if TYPE_CHECKING:
 
 Progress = Callable[[str, float], None]
 """Told what is being done, and which share of the whole is over."""
+Placed = tuple[str, Recording]
+"""A recording, and where it is."""
 
 
 @dataclass(frozen=True)
@@ -58,8 +64,8 @@ class Runs:
         return {"incomplete": told} if told else {}
 
 
-@dataclass(frozen=True)
-class Simulated:
+@dataclass(frozen=True, repr=False)
+class Simulated(Seen):
     """A recording and a model's answer to its input, V.
 
     ``half_band`` is half the width of the answer's 95 % band, V: the doubt of the model's values, not the noise of a
@@ -70,6 +76,23 @@ class Simulated:
     model: "Model"
     answer: Array
     half_band: Array | None = None
+
+    def glance(self) -> Glance:
+        """Return how far the answer lies from the recording."""
+        off = ("recording minus model", self._off())
+        return Glance("Simulation", f"{self.model.title} on {self.trace.name}", (off,))
+
+    def _off(self) -> str:
+        good = slice(None) if self.trace.valid is None else self.trace.valid
+        off = (self.trace.y[:] - self.answer)[good]
+        return f"{shown(float(np.sqrt(np.mean(np.square(off)))), 'V')} rms"
+
+    def plot(self) -> "list[Axes]":
+        """Draw u, and the recorded y with the answer on top of it, on axes of pyplot; return the axes."""
+        from identify.notebook.plots import signals
+
+        trace, title = self.trace, f"{self.model.title} on {self.trace.name}"
+        return signals(title, trace.rate_hz, {"u": trace.u, "y": trace.y}, trace.valid, trace.start_s, self.answer)
 
 
 def load(
@@ -115,13 +138,21 @@ def kept_and_held(paths: Sequence[str | Path], hold_out: Sequence[str | Path]) -
 def _loaded(
     kept: Sequence[Path], held: Sequence[Path], rig: RigFile | None, given: Calibration | None
 ) -> Runs:
-    """Return the runs with the rig and the calibration that were named, else with their own."""
-    recordings = {path: read(path) for path in (*kept, *held)}
-    found = rig or _rig(recordings)
-    traces = _named_apart([with_device(recording, given) for recording in recordings.values()])
-    protocols = tuple(recording.protocol_text for recording in recordings.values())
+    """Return the runs at these paths with the rig and the calibration that were named, else with their own."""
+    recordings = [(str(path), read(path)) for path in (*kept, *held)]
+    return assembled(recordings[: len(kept)], recordings[len(kept) :], rig, given)
+
+
+def assembled(
+    kept: Sequence[Placed], held: Sequence[Placed], rig: RigFile | None, given: Calibration | None = None
+) -> Runs:
+    """Return recordings as identification sees them, with the rig and the calibration given, else with their own."""
+    recordings = [recording for _, recording in (*kept, *held)]
+    found = rig or _rig((*kept, *held))
+    traces = _named_apart([with_device(recording, given) for recording in recordings])
+    protocols = tuple(recording.protocol_text for recording in recordings)
     incomplete = tuple((trace.name, recording.reason)
-                       for trace, recording in zip(traces, recordings.values(), strict=True) if not recording.complete)
+                       for trace, recording in zip(traces, recordings, strict=True) if not recording.complete)
     return Runs(tuple(traces[: len(kept)]), tuple(traces[len(kept) :]), found.model, found, protocols, incomplete)
 
 
@@ -236,14 +267,14 @@ def _distinct(paths: Sequence[str | Path]) -> list[Path]:
     return list({Path(path).resolve(): Path(path) for path in paths}.values())
 
 
-def _rig(recordings: dict[Path, Recording]) -> RigFile:
+def _rig(recordings: Sequence[Placed]) -> RigFile:
     """Return the rig that the recordings themselves carry; raise FileError."""
-    carried = {recording.rig_text: path for path, recording in recordings.items() if recording.rig_text.strip()}
+    carried = {recording.rig_text: path for path, recording in recordings if recording.rig_text.strip()}
     if not carried:
-        raise FileError("no rig is known for these recordings", where=", ".join(map(str, recordings)),
+        raise FileError("no rig is known for these recordings", where=", ".join(path for path, _ in recordings),
                         do="name the plain model with --rig RIG.yaml")
     if len(carried) > 1:
-        raise FileError("the recordings carry different rigs", where=", ".join(map(str, carried.values())),
+        raise FileError("the recordings carry different rigs", where=", ".join(carried.values()),
                         do="name the one that is meant with --rig RIG.yaml")
     text, path = next(iter(carried.items()))
     return parse_rig(text, f"{path} (the rig in it)")

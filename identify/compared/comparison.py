@@ -11,13 +11,14 @@ from identify.compared.together import Rise
 from identify.explain.explanation import Explanation
 from identify.identification import Identification
 from identify.interval import number
+from identify.notebook.glance import Glance, Seen
 
 SCHEMA = "rig.compare/1"
 Verdict = Literal["changed", "no change seen", "cannot tell"]
 
 
-@dataclass(frozen=True)
-class Comparison:
+@dataclass(frozen=True, repr=False)
+class Comparison(Seen):
     """What changed, and how sure that is; both sides are identified with the physics they need.
 
     ``cannot tell``: values differ, but not surely because the rig does; ``unproven`` says why (else empty).
@@ -43,6 +44,12 @@ class Comparison:
     def p_value(self) -> float:
         """Return how often chance alone moves the values as much, all tests counted in."""
         return overall(self.joint, self.changes)
+
+    def glance(self) -> Glance:
+        """Return the verdict and what changed."""
+        from identify.notebook.answers import of_comparison
+
+        return of_comparison(self)
 
     def to_dict(self) -> dict[str, object]:
         """Return the answer of ``rig compare --json``, schema rig.compare/1, without what differs in the files."""

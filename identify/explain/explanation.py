@@ -9,6 +9,7 @@ from identify.fit import Fit
 from identify.interval import Interval, number
 from identify.model import Model
 from identify.noise import Noise
+from identify.notebook.glance import Glance, Seen
 from identify.observe import Observation
 from identify.of_device import devices_dict
 from identify.trace import Array
@@ -138,8 +139,8 @@ class Remaining:
     sentence: str
 
 
-@dataclass(frozen=True)
-class Explanation:
+@dataclass(frozen=True, repr=False)
+class Explanation(Seen):
     """The mismatch, the physics left out, the better model, and the proof."""
 
     verdict: Verdict
@@ -160,6 +161,12 @@ class Explanation:
     profiles: tuple[Profile, ...]
     survey: tuple[StageShare, ...]
     warnings: tuple[str, ...]
+
+    def glance(self) -> Glance:
+        """Return the verdict, the physics and the proof."""
+        from identify.notebook.answers import of_explanation
+
+        return of_explanation(self)
 
     def to_dict(self) -> dict[str, object]:
         """Return the answer of ``rig explain --json``, schema rig.explain/1, without the rig-file form of the model."""

@@ -16,14 +16,17 @@ ALLOWED = {  # package: what it may import of the product
     "drivers": {"drivers", "rig", "identify", "protocols"},
     "protocols": {"protocols"},
 }
-PLAIN_DATA = {"identify.trace", "identify.model", "identify.interval", "identify.natural_units"}
+PLAIN_DATA = {
+    "identify.trace", "identify.model", "identify.interval", "identify.natural_units", "identify.notebook.glance",
+}  # fmt: skip
 SEES_BOTH = {  # who may import more of identify than its plain data, and what
     "rig.workflow": {
         "identify.joint", "identify.explain", "identify.explain.revised", "identify.page.report",
         "identify.page.document", "identify.chain",
         "identify.compared", "identify.effects", "identify.simulate", "identify.uncertainty.band",
-        "identify.uncertainty.coefficients",
+        "identify.uncertainty.coefficients", "identify.notebook.plots",
     },
+    "rig.recorded": {"identify.notebook.plots"},
     "rig.design": {
         "identify.planning.candidates", "identify.planning.design", "identify.planning.fig13",
         "identify.planning.sampling",

@@ -49,7 +49,8 @@ def test_the_least_noise_is_what_the_adc_makes(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("rig", "protocol", "why"), [
     (RIG, PROTOCOL.replace("rig: my_rig.yaml\n", ""), "the protocol names no rig"),
-    (RIG.replace("{num: [1], den: [0.02, 1]}", "{order: 1}"), PROTOCOL, "orders and no values"),
+    (RIG.replace("{num: [1], den: [0.02, 1]}", "{order: 1}"),
+     PROTOCOL.replace("loopback:", "loopback:rigs/opamp_backlash.yaml"), "orders and no values"),
 ])  # fmt: skip
 def test_where_nothing_can_be_foreseen_it_says_why(tmp_path: Path, rig: str, protocol: str, why: str) -> None:
     words, answer = told(tmp_path, rig, protocol)
