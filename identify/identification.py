@@ -16,6 +16,8 @@ from identify.of_device import devices_dict
 from identify.uncertainty.certainty import Certainty
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from identify.planning.advice import Advice
     from identify.planning.information import StepInformation
 
@@ -128,6 +130,12 @@ class Identification(Seen):
         from identify.notebook.answers import of_identification
 
         return of_identification(self)
+
+    def plot(self) -> "list[Axes]":
+        """Draw borders, G1 and G2 on axes of pyplot; return the axes."""
+        from identify.notebook.plots import identification
+
+        return identification(self)
 
     def to_dict(self) -> dict[str, object]:
         """Return the answer of ``rig identify --json``, schema rig.identify/1, less the rig-file form of the model."""

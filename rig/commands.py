@@ -223,7 +223,7 @@ def simulate(run_file: str, rig: str | None, out: str | None) -> None:
     check_destinations(out)
     played = workflow.simulate(run_file, rig)
     if out:
-        write_text(out, workflow.simulated_csv(played))
+        write_text(out, played.to_csv())
     say(narration.simulated(played))
 
 

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from rig.recorded import Recording
     from rig.registry import Attached
     from rig.session import Checked, Recorded
-    from rig.workflow import Runs, Simulated
+    from rig.simulated import Simulated
+    from rig.workflow import Runs
 
 MOST_SHARES = 3
 MOST_STEPS = 12

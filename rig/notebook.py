@@ -16,7 +16,8 @@ from rig.recording import read
 from rig.rigfile import read_rig
 from rig.session import Checked, record, shipped
 from rig.session import check as proven
-from rig.workflow import Runs, Simulated
+from rig.simulated import Simulated
+from rig.workflow import Runs
 
 if TYPE_CHECKING:
     from identify.bent.curves import Form

@@ -1,6 +1,5 @@
 """How do recordings become an answer: the one module that sees both the files of the bench and the identification."""
 
-import io
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -11,9 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from identify.natural_units import shown
-from identify.notebook.glance import Glance, Seen
-from identify.trace import Array, Trace
+from identify.trace import Trace
 from rig.calibration import Calibration, parse_calibration, read_calibration
 from rig.doubt import doubt_of
 from rig.errors import FileError, MisfitError, UsageError
@@ -25,10 +22,9 @@ from rig.recorded import Recording
 from rig.recording import read
 from rig.rigfile import RigFile, model_to_dict, model_to_yaml, parse_rig, read_rig
 from rig.session import shipped
+from rig.simulated import Simulated
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from identify.bent.curves import Form
     from identify.compared.comparison import Comparison
     from identify.explain.contenders import Contender
@@ -62,37 +58,6 @@ class Runs:
         """Return what the JSON of an answer says of the runs it is from."""
         told = [{"run": name, "reason": reason} for name, reason in self.incomplete]
         return {"incomplete": told} if told else {}
-
-
-@dataclass(frozen=True, repr=False)
-class Simulated(Seen):
-    """A recording and a model's answer to its input, V.
-
-    ``half_band`` is half the width of the answer's 95 % band, V: the doubt of the model's values, not the noise of a
-    reading; None for a model of which no doubt is known.
-    """
-
-    trace: Trace
-    model: "Model"
-    answer: Array
-    half_band: Array | None = None
-
-    def glance(self) -> Glance:
-        """Return how far the answer lies from the recording."""
-        off = ("recording minus model", self._off())
-        return Glance("Simulation", f"{self.model.title} on {self.trace.name}", (off,))
-
-    def _off(self) -> str:
-        good = slice(None) if self.trace.valid is None else self.trace.valid
-        off = (self.trace.y[:] - self.answer)[good]
-        return f"{shown(float(np.sqrt(np.mean(np.square(off)))), 'V')} rms"
-
-    def plot(self) -> "list[Axes]":
-        """Draw u, and the recorded y with the answer on top of it, on axes of pyplot; return the axes."""
-        from identify.notebook.plots import signals
-
-        trace, title = self.trace, f"{self.model.title} on {self.trace.name}"
-        return signals(title, trace.rate_hz, {"u": trace.u, "y": trace.y}, trace.valid, trace.start_s, self.answer)
 
 
 def load(
@@ -235,19 +200,6 @@ def simulate(path: str | Path, rig: str | Path | None = None) -> Simulated:
         if not np.isfinite(simulated).all():
             raise ValueError("the answer of this model leaves all numbers there are: check its gains and its den")
         return Simulated(trace, runs.model, simulated, half)
-
-
-def simulated_csv(played: Simulated) -> str:
-    """Return a simulation as a table: time in s; u, recorded and simulated y, and the ends of its 95 % band in V."""
-    trace = played.trace
-    time = trace.start_s + np.arange(trace.size) / trace.rate_hz
-    table = io.StringIO()
-    columns, header = [time, trace.u[:], trace.y[:], played.answer], "time_s,u_V,y_V,simulated_V"
-    if played.half_band is not None:
-        columns += [played.answer - played.half_band, played.answer + played.half_band]
-        header += ",low95_V,high95_V"
-    np.savetxt(table, np.column_stack(columns), delimiter=",", header=header, comments="", fmt="%.9g")
-    return table.getvalue()
 
 
 def answer_json(found: "Identification | Explanation", beside: Mapping[str, object] = MappingProxyType({})) -> str:

@@ -1,7 +1,7 @@
 """What is the answer to "why do simulation and recording differ"?"""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from identify.explain.shape import Shape
 from identify.explain.survey import StageShare
@@ -13,6 +13,9 @@ from identify.notebook.glance import Glance, Seen
 from identify.observe import Observation
 from identify.of_device import devices_dict
 from identify.trace import Array
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 SCHEMA = "rig.explain/1"
 Verdict = Literal["consistent", "explained", "partly_explained", "unexplained"]
@@ -167,6 +170,12 @@ class Explanation(Seen):
         from identify.notebook.answers import of_explanation
 
         return of_explanation(self)
+
+    def plot(self) -> "list[Axes]":
+        """Draw where recording and plain model differ most, and along what, on axes of pyplot; return the axes."""
+        from identify.notebook.plots import explanation
+
+        return explanation(self)
 
     def to_dict(self) -> dict[str, object]:
         """Return the answer of ``rig explain --json``, schema rig.explain/1, without the rig-file form of the model."""

@@ -1,6 +1,6 @@
 """What is drawn in a notebook, on axes of pyplot, where a report would hold a picture?"""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -8,11 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from identify.page.drawing import INK, PALE, page_style
+from identify.page.drawing import AFTER, EDGE, INK, PALE, PANEL_IN, RECORDED, page_style
 from identify.trace import Array, Mask, Samples
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from identify.explain.explanation import Explanation
+    from identify.identification import Identification
+    from identify.page.drawing import Picture
 
 @dataclass(frozen=True)
 class Look:
@@ -25,7 +29,7 @@ class Look:
 
 Extremes = tuple[Array, Array, Array]
 """Where the parts of a signal begin, and the lowest and highest value of each."""
-ALONE, UNDER, OVER, MISSING = Look(INK), Look("#a3abb3", 3.0), Look("#0b4a8f"), "#66717c"
+ALONE, UNDER, OVER = Look(INK), Look(RECORDED, 3.0), Look(AFTER.colour)
 WIDTH_IN, ROW_IN = 8.6, 2.2
 COLUMNS = 1000  # parts a long signal is drawn by, each from its lowest value to its highest
 
@@ -54,6 +58,39 @@ def signals(
         axes[0].set_title(title, loc="left")
         axes[-1].set_xlabel("time in s")
     return axes
+
+
+def explanation(told: "Explanation") -> "list[Axes]":
+    """Draw where recording and plain model differ most, and along what the mismatch gathers; return the axes."""
+    from identify.page.place_pictures import mismatch
+    from identify.page.report import at_first_glance
+
+    where = mismatch(told.profiles, told.noise.rms_v)
+    return _beside([*at_first_glance(told), *([where] if where else [])])
+
+
+def identification(found: "Identification") -> "list[Axes]":
+    """Draw the borders, or what F does where no staircase shows them, and G1 and G2; return the axes."""
+    from identify.page.report import rig_at_first_glance
+
+    return _beside(rig_at_first_glance(found))
+
+
+def _beside(pictures: "Sequence[Picture]") -> "list[Axes]":
+    """Draw the panels of pictures two in a row; return their axes, those left over taken away."""
+    import matplotlib.pyplot as plt
+
+    panels = [panel for picture in pictures for panel in picture.panels]
+    rows = max(-(-len(panels) // 2), 1)
+    with page_style():
+        size = (2.0 * PANEL_IN[0], rows * PANEL_IN[1])
+        _, grid = plt.subplots(rows, 2, squeeze=False, figsize=size, layout="constrained")
+        axes = list(grid.ravel())
+        for ax, panel in zip(axes, panels, strict=False):
+            panel.draw(ax)
+        for ax in axes[len(panels):]:
+            ax.remove()
+    return axes[: len(panels)]
 
 
 def _stacked(rows: int) -> "list[Axes]":
@@ -105,5 +142,5 @@ def _draw_missing(ax: "Axes", valid: Mask, rate_hz: float, start_s: float) -> No
     turns = np.flatnonzero(np.diff(np.concatenate(([False], missing, [False])).astype(np.int8)))
     at = start_s + ends[turns] / rate_hz
     spans = [(float(a), float(b - a)) for a, b in zip(at[::2], at[1::2], strict=True)]
-    ax.broken_barh(spans, (0, 1), transform=ax.get_xaxis_transform(), facecolor=PALE, hatch="////", edgecolor=MISSING,
+    ax.broken_barh(spans, (0, 1), transform=ax.get_xaxis_transform(), facecolor=PALE, hatch="////", edgecolor=EDGE,
                    linewidth=0.8, label="samples missing")  # fmt: skip

@@ -99,7 +99,7 @@ def _explanation_pictures(told: Explanation, found: Identification | None) -> di
     """Return the pictures of each part of the page; ``shapes`` holds one a finding that has one, in their order."""
     train, test, every = (_answers(told, joined(runs)) for runs in (told.train, told.test, (*told.train, *told.test)))
     return {
-        "glance": _present(signal_pictures.glance(test, "held out") if told.test else signal_pictures.glance(train)),
+        "glance": at_first_glance(told),
         "where": _present(place_pictures.stages(told), place_pictures.mismatch(told.profiles, told.noise.rms_v)),
         "shapes": _present(*(place_pictures.shape(finding) for finding in told.effects)),
         "proof": _present(signal_pictures.residuals(test, "On data kept back")),
@@ -109,6 +109,19 @@ def _explanation_pictures(told: Explanation, found: Identification | None) -> di
             rig_pictures.frequency_response(found) if found else None,
         ),
     }  # fmt: skip
+
+
+def at_first_glance(told: Explanation) -> list[Picture]:
+    """Return the picture of where recording and plain model differ most, on what was held out where there is any."""
+    kind, runs = ("held out", told.test) if told.test else ("", told.train)
+    return _present(signal_pictures.glance(_answers(told, joined(runs)), kind))
+
+
+def rig_at_first_glance(found: Identification) -> list[Picture]:
+    """Return the pictures of the borders, or of what F does where no staircase shows them, and of G1 and G2."""
+    answer = [Answer("fitted model", AFTER, found.fit.chain, beginnings(found.observations))]
+    shape = rig_pictures.staircase(found) or rig_pictures.loop(answer)
+    return _present(shape, rig_pictures.frequency_response(found))
 
 
 def _answers(told: Explanation, observations: Sequence[Observation]) -> list[Answer]:

@@ -24,9 +24,10 @@ SEES_BOTH = {  # who may import more of identify than its plain data, and what
         "identify.joint", "identify.explain", "identify.explain.revised", "identify.page.report",
         "identify.page.document", "identify.chain",
         "identify.compared", "identify.effects", "identify.simulate", "identify.uncertainty.band",
-        "identify.uncertainty.coefficients", "identify.notebook.plots",
+        "identify.uncertainty.coefficients",
     },
     "rig.recorded": {"identify.notebook.plots"},
+    "rig.simulated": {"identify.notebook.plots"},
     "rig.design": {
         "identify.planning.candidates", "identify.planning.design", "identify.planning.fig13",
         "identify.planning.sampling",

@@ -5,7 +5,7 @@ import shlex
 import shutil
 from itertools import pairwise
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 import click
 import pytest
@@ -129,7 +129,12 @@ def test_python_shown_runs(worked: Path, tmp_path: Path, monkeypatch: pytest.Mon
     shown = [each for each in examples("python") if each.page in PROSE and not each.file]
     assert len(shown) >= 2
     for each in shown:
-        exec(compile(each.text, str(each), "exec"), {})
+        names: dict[str, Any] = {}
+        exec(compile(each.text, str(each), "exec"), names)
+        if "told" in names:
+            first = names["told"].plot()[0]
+            assert first.get_legend_handles_labels()[1] == ["recorded", "plain model", "improved model"]
+            assert names["found"].plot()[0].get_xlabel() == "level of u in V"
     pyplot.close("all")
 
 

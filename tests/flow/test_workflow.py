@@ -87,7 +87,7 @@ def test_a_sentence_of_identification_becomes_an_error_about_the_files(tmp_path:
 
 def test_a_simulation_is_written_beside_the_recording(tmp_path: Path) -> None:
     played = workflow.simulate(kept(tmp_path / "a.h5"))
-    table = np.array([line.split(",") for line in workflow.simulated_csv(played).splitlines()[1:]], dtype=float)
+    table = np.array([line.split(",") for line in played.to_csv().splitlines()[1:]], dtype=float)
     assert table.shape == (50, 4)
     # held: y[k] is read before u[k] acts, so a first-order lag answers the ramp with u[k-1] one time constant late
     decay = np.exp(-1.0)
