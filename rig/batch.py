@@ -175,15 +175,17 @@ def _check_distinct(pieces: Sequence[Piece]) -> None:
                              value=str(piece.result), do="rename one of them, or do them in two batches")  # fmt: skip
 
 
-def run(batch: Batch, spread: Spread, progress: Callable[[State], None]) -> State:
-    """Do all that is to be done, and return how it ended.
+def run(
+    batch: Batch, spread: Spread, progress: Callable[[State], None], limit_s: float | None = None
+) -> State:
+    """Do all that is to be done, none of it for longer than ``limit_s``, and return how it ended.
 
     Raises what ``spread`` raises, FileError when an answer cannot be written; answers written before are kept.
     """
     refused = tuple((piece.recording, piece.refused) for piece in batch.pieces if piece.refused)
     to_do = {piece.recording.absolute(): piece for piece in batch.pieces if not piece.refused}
     here = program()
-    orders = [Order(path, batch.question, here, piece.known) for path, piece in to_do.items()]
+    orders = [Order(path, batch.question, here, piece.known, limit_s) for path, piece in to_do.items()]
     state, began = State(len(batch.pieces), failures=refused, new=sum(not o.known for o in orders)), perf_counter()
     progress(state)
     with closing(spread(orders)) as outcomes:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rig.typed import calibration_option, check_destinations, command, quiet_option, rig_option, say
+from rig.typed import calibration_option, check_destinations, command, optional_quantity, quiet_option, rig_option, say
 
 if TYPE_CHECKING:
     from rig.batch import Spread
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 @command(
     "batch", "rig batch 'runs/**/*.h5' --job identify --out answers",
+    "rig batch 'runs/*.h5' --job explain --time-limit 10min --workers 2",
     "rig batch 'runs/*.h5' --job explain --rig my_rig.yaml --scheduler tcp://10.0.0.1:8786",
 )  # fmt: skip
 @click.argument("patterns", nargs=-1, required=True, metavar="GLOB...")
@@ -25,12 +26,13 @@ if TYPE_CHECKING:
 @click.option("--table", metavar="F.csv", help="A table, .csv or .parquet; else batch.JOB.csv beside the answers.")
 @click.option("--scheduler", metavar="ADDRESS", help="Of a Dask cluster that is to do the work; else this machine.")
 @click.option("--workers", type=click.IntRange(1), metavar="N", help="Processes on this machine; else one a core.")
+@click.option("--time-limit", metavar="10min", help="Give up a recording that takes longer; the next batch tries it.")
 @rig_option
 @calibration_option
 @quiet_option
 def batch(
     patterns: Sequence[str], job: Any, out: str | None, table: str | None, scheduler: str | None, workers: int | None,
-    rig: str | None, calibration: str | None, quiet: bool,
+    time_limit: str | None, rig: str | None, calibration: str | None, quiet: bool,
 ) -> None:  # fmt: skip
     """Identify or explain each of many recordings.
 
@@ -48,6 +50,7 @@ def batch(
     from rig.session import shipped
 
     check_destinations(table)
+    limit_s = optional_quantity("--time-limit", time_limit, "s")
     spread = _spread(scheduler, workers)
     question = Question(job, rig=Named.of(rig and shipped(rig)), calibration=Named.of(calibration))
     found = many.planned(patterns, question, out)
@@ -55,7 +58,8 @@ def batch(
     to = Path(table or found.folder / f"batch.{job}.csv")
     batchtable.check_table(to)
     with terminal.bar(job, quiet) as show:
-        state = many.run(found, spread, lambda now: show(batch_narration.under_way(job, now), now.done / now.total))
+        state = many.run(
+            found, spread, lambda now: show(batch_narration.under_way(job, now), now.done / now.total), limit_s)
     batchtable.write(to, found, state)
     say(batch_narration.batched(found, state, to))
     if state.failures:

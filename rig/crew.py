@@ -1,7 +1,8 @@
 """How is work spread over the cores of this machine, so that a process that dies costs one piece of it?
 
 Every worker is a process of its own with one numerical thread and one order at a time, so that it is known which
-recording it died of; another takes its place. Workers end with the program that started them, however that ends.
+recording it died of; another takes its place. One that takes longer over an order than it may is ended. All end with
+the program that started them, however that ends.
 """
 
 import multiprocessing
@@ -11,8 +12,10 @@ import threading
 from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from math import isinf
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
+from time import monotonic
 from typing import Self
 
 from rig.errors import RigError
@@ -45,8 +48,8 @@ def outcomes(orders: Iterable[Order], workers: int, do: Do) -> Generator[Outcome
             worker = Worker.hired(order, do)
             crew[worker.link] = worker
         while crew:
-            for link in wait(list(crew)):
-                assert isinstance(link, Connection)
+            ready = wait(list(crew), _patience_s(crew.values()))
+            for link in [link for link, worker in crew.items() if link in ready or worker.left_s <= 0.0]:
                 worker = crew.pop(link)
                 outcome, able = worker.heard()
                 following = next(left, None) if outcome else worker.order
@@ -65,12 +68,19 @@ def outcomes(orders: Iterable[Order], workers: int, do: Do) -> Generator[Outcome
 
 @dataclass(frozen=True)
 class Worker:
-    """A process, the line to it, and the order it has; it is given that once it is ``begun``."""
+    """A process, the line to it, and the order it has; it is given that once it is ``begun``, at a time in s."""
 
     process: SpawnProcess
     link: Connection
     order: Order
-    begun: bool = False
+    begun: float | None = None
+
+    @property
+    def left_s(self) -> float:
+        """Return how long the order may still take."""
+        if self.begun is None or self.order.limit_s is None:
+            return float("inf")
+        return self.begun + self.order.limit_s - monotonic()
 
     @classmethod
     def hired(cls, order: Order, do: Do) -> Self:
@@ -85,11 +95,15 @@ class Worker:
 
     def heard(self) -> tuple[Outcome | None, bool]:
         """Return what became of the order, None where the process is only ready; and whether it can go on."""
+        if not self.link.poll():
+            self.process.kill()
+            self.dismiss()
+            return Outcome(self.order.path, "failed", message=self.order.too_long), False
         try:
             said = self.link.recv()
         except (EOFError, OSError):
             self.dismiss()
-            if not self.begun:
+            if self.begun is None:
                 raise RigError("a worker process does not start", value=_end(self.process.exitcode),
                                do="look for the reason above; see whether memory is left") from None  # fmt: skip
             message = f"{self.order.path}: the process that worked on it died: {_end(self.process.exitcode)}"
@@ -100,7 +114,7 @@ class Worker:
         """Return the worker with an order, which it was sent."""
         with suppress(BrokenPipeError):  # it has died: that is heard next
             self.link.send(order)
-        return type(self)(self.process, self.link, order, begun=True)
+        return type(self)(self.process, self.link, order, begun=monotonic())
 
     def dismiss(self) -> None:
         """Let go of the process, which ends when its line does."""
@@ -119,6 +133,12 @@ def serve(link: Connection, do: Do) -> None:
         link.send(READY)
         while True:
             link.send(do(link.recv()))
+
+
+def _patience_s(crew: Iterable[Worker]) -> float | None:
+    """Return how long to wait for one to say something: until the time of one is over."""
+    least_s = min(worker.left_s for worker in crew)
+    return None if isinf(least_s) else max(least_s, 0.0)
 
 
 def _end_with_parent() -> None:

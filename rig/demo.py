@@ -28,15 +28,17 @@ def play(folder: str | Path, progress: workflow.Progress) -> Shown:
     """Record two protocols on the loopback device, explain one, prove it on the other, put all into ``folder``."""
     folder = _made(folder)
     trained, held_out = (_recorded(name, folder, progress) for name in (PROTOCOL, HELD_OUT))
-    runs = workflow.load([trained], hold_out=[held_out])
+    asked = workflow.asked("explain", [trained], hold_out=[held_out])
+    runs = workflow.load_asked(asked)
     told = workflow.explain_runs(runs, workflow.part(progress, 0.05, 0.8))
-    found = workflow.identify_improved(runs, told, workflow.part(progress, 0.8, 0.95))
+    again = workflow.asked_of_improved(asked, told)
+    found = workflow.identify_if_told(workflow.load_asked(again), workflow.part(progress, 0.8, 0.95))
     progress("writing the report", 0.95)
     report = workflow.explanation_page(told, found, runs).html()
-    texts = {"explain.json": workflow.answer_json(told), "report.html": report}
+    texts = {"explain.json": workflow.answer_json(told, asked.told()), "report.html": report}
     if found is not None:
         page = workflow.identification_page(found, runs)
-        texts |= {"identify.json": workflow.answer_json(found), "identify.html": page.html()}
+        texts |= {"identify.json": workflow.answer_json(found, again.told()), "identify.html": page.html()}
     for name, text in texts.items():
         write_text(folder / name, text)
     return Shown(told, folder / "report.html", (trained, held_out, *(folder / name for name in texts)))

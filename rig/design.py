@@ -16,7 +16,7 @@ from rig.outputs import check_destination, write_text
 from rig.plan import Plan
 from rig.protocol import parse_protocol
 from rig.protocolfile import exact
-from rig.references import ALLOWED, is_beside, packaged
+from rig.references import ALLOWED, is_beside, name_seen_from
 from rig.rigfile import RigFile, read_rig
 from rig.stimulus import MAX_SAMPLES
 from rig.workflow import Progress
@@ -72,7 +72,7 @@ def design(rig: str | Path, out: str | Path, wish: Wish, progress: Progress, ove
     check_destination(out)
     if out.exists() and not overwrite:
         raise FileError("there is a file of this name already", where=str(out), do="choose another name or --overwrite")
-    rigfile = _usable(read_rig(path))
+    rigfile = usable(read_rig(path))
     if not is_beside(path, out.resolve().parent):
         raise UsageError("the protocol could not name its rig file", where=str(path), allowed=ALLOWED,
                          do="write the protocol beside the rig file, or above it")
@@ -92,7 +92,7 @@ def design(rig: str | Path, out: str | Path, wish: Wish, progress: Progress, ove
     return Designed(out, checked.plan, told, rows, paper, moving)
 
 
-def _usable(rigfile: RigFile) -> RigFile:
+def usable(rigfile: RigFile) -> RigFile:
     """Return the rig file; raise RefusedError where it has no values, or a block is not stable as it stands there."""
     if rigfile.model.unknown:
         raise RefusedError("no protocol can be designed for a rig without values", where=rigfile.where,
@@ -167,16 +167,8 @@ def _heading(rigfile: RigFile, path: Path, out: Path, wish: Wish, room: "Room") 
         limits["slew"] = exact(room.slew_v_per_s, "V/s")
         ramp = exact(max(0.1, 1.01 * max(-room.low_v, room.high_v) / room.slew_v_per_s), "s")
     rate = exact(wish.rate_hz or room.rate_hz, "Hz")
-    title = f"designed for {rigfile.model.title}"
-    return protocolfile.Heading(title, sure, _seen_from(path, out), limits, rate, wish.device, ramp)
-
-
-def _seen_from(path: Path, out: Path) -> str:
-    """Return how a protocol at ``out`` names the rig file."""
-    folder = packaged().resolve()
-    if path.resolve().is_relative_to(folder):
-        return path.resolve().relative_to(folder).as_posix()
-    return path.resolve().relative_to(out.resolve().parent).as_posix()
+    title, rig = f"designed for {rigfile.model.title}", name_seen_from(path, out.resolve().parent)
+    return protocolfile.Heading(title, sure, rig, limits, rate, wish.device, ramp)
 
 
 def _remarks(model: "Model", wish: Wish, room: "Room", told: Foresight) -> list[str]:

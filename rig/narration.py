@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from rig.calibrating import Calibrated
     from rig.design import Designed
     from rig.foresight import Foresight
+    from rig.newprotocol import New
     from rig.recorded import Recording
     from rig.registry import Attached
     from rig.session import Checked, Recorded
@@ -55,6 +56,18 @@ def foreseen(told: "Foresight") -> Iterator[str]:
     for advice in told.advice:
         yield f"  {'remark' if advice.remark else 'advice'}    {advice.sentence}"
     yield from _untold("what its sines leave to the orders in the rig file", told.untold)
+
+
+def written(done: "New", told: "Foresight") -> Iterator[str]:
+    """Tell which protocol was written, what it takes, and what to change in it."""
+    plan = done.checked.plan
+    yield f"{done.path}: {plan.title}"
+    yield f"  question  {plan.question}"
+    yield f"  takes     {span(plan.duration_s)} at {show(plan.rate_hz, 'Hz')}, peak {show(plan.peak_v, 'V')}"
+    yield from (f"  step      {label}" for label in dict.fromkeys(step.label for step in plan.steps))
+    for advice in told.advice:
+        yield f"  {'remark' if advice.remark else 'advice'}    {advice.sentence}"
+    yield f"  next: `rig check {done.path}`, `rig run {done.path}`"
 
 
 def expected_lines(told: "Information") -> Iterator[str]:

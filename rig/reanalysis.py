@@ -14,6 +14,12 @@ from rig.question import Question, Source, versions
 from rig.work import Kind, Order, Outcome
 
 FAILURE = "rig.failure/1"
+
+
+class TooLongError(RigError):
+    """An answer takes longer than it may."""
+
+
 _one_at_a_time = threading.Lock()
 """A process with several threads of work gains nothing from a second answer beside the first."""
 
@@ -35,13 +41,27 @@ def work(order: Order) -> Outcome:
     with _one_at_a_time:
         began = perf_counter()
         try:
-            kind, text, message = _done(order)
+            kind, text, message = _done(order, _in_time(order))
         except Exception as error:  # of the machine, before the recording was seen
             kind, text, message = "failed", "", _sentence(error)
         return Outcome(order.path, kind, text, message, perf_counter() - began)
 
 
-def _done(order: Order) -> tuple[Kind, str, str]:
+def _in_time(order: Order) -> workflow.Progress:
+    """Return a progress that raises TooLongError once the time of an order is over.
+
+    A process of our own is ended besides (``rig/crew.py``); one of a cluster does the work of others too, and is not.
+    """
+    until = None if order.limit_s is None else perf_counter() + order.limit_s
+
+    def look(sentence: str, share: float) -> None:
+        if until is not None and perf_counter() > until:
+            raise TooLongError(order.too_long)
+
+    return look
+
+
+def _done(order: Order, progress: workflow.Progress) -> tuple[Kind, str, str]:
     """Return kind, text and message; raise what goes wrong before the bytes of the recording are known."""
     _check_program(order.program)
     before = order.path.stat() if order.path.is_file() else None
@@ -50,8 +70,8 @@ def _done(order: Order) -> tuple[Kind, str, str]:
         return "unchanged", "", ""
     question = order.question.of((order.path,))
     try:
-        text = answered(question)
-    except (MemoryError, OSError) as error:
+        text = answered(question, progress)
+    except (MemoryError, OSError, TooLongError) as error:
         return "failed", "", _sentence(error)
     except Exception as error:
         message = _sentence(error)

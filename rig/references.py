@@ -46,6 +46,12 @@ def is_beside(path: Path, folder: Path) -> bool:
         return False
 
 
+def name_seen_from(path: Path, folder: Path) -> str:
+    """Return the name by which a file in ``folder`` means one that ``is_beside`` it."""
+    root = packaged() if path.resolve().is_relative_to(packaged().resolve()) else folder
+    return path.resolve().relative_to(root.resolve()).as_posix()
+
+
 def is_file(path: Path) -> bool:
     """Return whether there is a file at ``path``, which may be one that no file system takes."""
     try:

@@ -42,7 +42,7 @@ def published(kind: str) -> Path:
 def modeline(kind: str, folder: Path) -> str:
     """Return the comment by which editors find the schema, for a file in ``folder``."""
     schema, here = published(kind).resolve(), folder.resolve()
-    near = any(schema.is_relative_to(up) for up in (here, here.parent))
+    near = packaged().resolve() in (here, here.parent)
     return MODELINE + Path(os.path.relpath(schema, here) if near else schema).as_posix()
 
 

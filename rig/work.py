@@ -15,13 +15,19 @@ Kind = Literal["answered", "unchanged", "failed"]
 class Order:
     """Ask ``question`` of the recording at ``path``, unless its SHA-256 is ``known``: that was answered before.
 
-    ``program`` are the versions of whoever orders, which the worker must share.
+    ``program`` are the versions of whoever orders, which the worker must share. After ``limit_s`` it is given up.
     """
 
     path: Path
     question: "Question"
     program: Mapping[str, str]
     known: str | None = None
+    limit_s: float | None = None
+
+    @property
+    def too_long(self) -> str:
+        """Return what is said of an order that was given up; it is tried again next time, perhaps with more time."""
+        return f"{self.path}: not answered within --time-limit, {self.limit_s or 0.0:g} s; give it more"
 
 
 @dataclass(frozen=True)

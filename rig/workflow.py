@@ -159,9 +159,19 @@ def revised(told: "Explanation", sets: "Sequence[Sequence[Contender]]") -> "Expl
 
 def identify_improved(runs: Runs, told: "Explanation", progress: Progress | None = None) -> "Identification | None":
     """Return the identification that starts from the improved model; None when these recordings allow none."""
+    return identify_if_told(replace(runs, model=told.model), progress)
+
+
+def identify_if_told(runs: Runs, progress: Progress | None = None) -> "Identification | None":
+    """Return which rig made the recordings; None when they cannot tell."""
     with suppress(FileError):
-        return identify_runs(replace(runs, model=told.model), progress)
+        return identify_runs(runs, progress)
     return None
+
+
+def asked_of_improved(question: Question, told: "Explanation") -> Question:
+    """Return the question of identifying, from the model that answers ``question``, what it was asked of."""
+    return replace(question, job="identify", rig=Named("the improved model", model_to_yaml(told.model)))
 
 
 def part(progress: Progress, low: float, high: float) -> Progress:

@@ -10,6 +10,10 @@ from pathlib import Path
 import pytest
 
 from rig.cli import run_line
+from rig.provenance import program
+from rig.question import Question
+from rig.reanalysis import work
+from rig.work import Order
 from tests.benchmarks.batch import recordings
 from tests.flow.console import LIMIT_S, Ended, refused, rig, start
 
@@ -59,6 +63,27 @@ def test_a_batch_is_killed_goes_on_and_ends_with_a_table(runs: Path) -> None:
     assert {row["status"] for row in rows.values()} == {"answered"}
     ends = [(float(row["S_L_low95"]), float(row["S_L"]), float(row["S_L_high95"])) for row in rows.values()]
     assert all(1.8 < low <= value <= high < 2.2 for low, value, high in ends)
+
+
+def test_a_recording_that_takes_too_long_is_listed_and_tried_again(
+    runs: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(runs)
+    line = ["batch", "runs/r00001.h5", "--job", "identify", "--out", "limited", "--workers", "1", "--time-limit"]
+    assert run_line([*line, "1 us"]) == 1
+    assert "r00001.h5: not answered within --time-limit, 1e-06 s; give it more" in capsys.readouterr().out
+    assert not list((runs / "limited").glob("*.json"))
+    assert run_line([*line, "2 min"]) == 0
+    assert "1 answered now" in capsys.readouterr().out
+    assert run_line([*line, "0 s"]) == 2
+    assert "--time-limit: not above 0" in capsys.readouterr().err
+
+
+def test_work_that_cannot_be_ended_from_outside_looks_at_the_clock_itself(runs: Path) -> None:
+    path = runs / "runs" / "r00002.h5"
+    ended = work(Order(path, Question("identify"), program(), limit_s=1e-6))
+    assert (ended.kind, ended.text) == ("failed", "")
+    assert "not answered within --time-limit" in ended.message
 
 
 def test_an_answer_is_made_again_to_the_last_bit_and_a_changed_one_is_found(

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from rig.recording import read
+from rig.reproduced import reproduced
 from tests.flow.console import rig
 
 FILES = {"demo.h5", "demo_hold_out.h5", "explain.json", "identify.json", "identify.html", "report.html"}
@@ -27,3 +28,11 @@ def test_the_demo_finds_the_concealed_rails_and_writes_everything(tmp_path: Path
     assert held["runs"] == ["demo_hold_out"]
     assert held["after"] <= 1.1 * held["noise"]
     assert read(folder / "demo.h5").complete
+    for name, job in (("explain.json", "explain"), ("identify.json", "identify")):
+        made_from = json.loads((folder / name).read_text(encoding="utf-8"))["made_from"]
+        assert made_from["job"] == job
+        assert [Path(source["path"]).name for source in made_from["held_out"]] == ["demo_hold_out.h5"]
+    again = reproduced(folder / "identify.json")  # the explanation too, which takes as long as the demo
+    assert again.intact
+    assert again.numbers > 100
+    assert not again.differences

@@ -13,6 +13,7 @@ from rig.errors import FileError, UsageError
 from rig.outputs import json_text
 from rig.question import KEY, Named, Question
 from rig.work import Order, Outcome
+from rig.workflow import Progress
 
 ANSWER = {
     "schema": "rig.identify/1", "delay_s": {"value": 0.001, "ci95": [0.0, None]}, "warnings": ["w"],
@@ -27,7 +28,7 @@ def analysed(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Have recordings, here texts, answered at once; return the names of those that were worked on."""
     done: list[str] = []
 
-    def answered(question: Question) -> str:
+    def answered(question: Question, progress: Progress) -> str:
         path = question.recordings[0].path
         done.append(path.name)
         if "damaged" in path.read_text():

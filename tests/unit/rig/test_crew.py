@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -50,6 +51,23 @@ def test_a_worker_that_dies_costs_its_own_recording_and_another_goes_on() -> Non
     assert str(os.getpid()) not in pids
     assert found["a"].text.split()[1] == "1,1,1,1"
     assert all(os.environ.get(key) == value for key, value in before.items())
+
+
+def dawdles(order: Order) -> Outcome:
+    if order.path.name.startswith("long"):
+        time.sleep(60.0)
+    return Outcome(order.path, "answered", str(os.getpid()))
+
+
+def test_what_takes_too_long_is_given_up_and_the_rest_is_done() -> None:
+    given = [replace(order, limit_s=0.3) for order in orders("a", "long", "b", "longer", "c")]
+    began = time.monotonic()
+    found = {outcome.path.name: outcome for outcome in outcomes(given, 2, dawdles)}
+    assert time.monotonic() - began < 30.0
+    assert {name for name, outcome in found.items() if outcome.kind == "answered"} == {"a", "b", "c"}
+    for name in ("long", "longer"):
+        assert found[name].message == f"{name}: not answered within --time-limit, 0.3 s; give it more"
+        assert not found[name].text  # tried again next time
 
 
 def test_a_worker_that_cannot_begin_ends_the_batch_with_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
