@@ -11,7 +11,7 @@ import numpy as np
 
 from identify import kernels
 from identify.blocks import Play
-from identify.ratchet import Kind, tables
+from identify.ratchet import PER_Z, Kind, gains
 from identify.stage import Block, Grid, Parameter, Run, Shape, Values
 from identify.trace import Array
 
@@ -117,6 +117,7 @@ def _operator(law: Law, grid: Grid) -> Run:
     hold = (law.keep, law.climb, law.to_w, law.to_q)
     spread = law.spread_v * CONTACTS
     levels, charges = np.zeros(CONTACTS.size), np.zeros(CONTACTS.size)
+    pushed = gains(law.kind, 0.5 * law.renewed) if law.noise_v > 0.0 else np.zeros(2)
 
     def run(block: Block) -> Array:
         nonlocal state
@@ -128,7 +129,7 @@ def _operator(law: Law, grid: Grid) -> Run:
             kernels.plays_abreast(lower, upper, law.s_l * spread, law.s_u * spread, hold, levels, charges, out)
         elif law.noise_v > 0.0:
             sd_l, sd_u = abs(law.s_l) * law.noise_v, abs(law.s_u) * law.noise_v
-            state = kernels.noisy_play(lower, upper, sd_l, sd_u, law.renewed, tables(law.kind), hold, state, out)
+            state = kernels.noisy_play(lower, upper, sd_l, sd_u, pushed, PER_Z, hold, state, out)
         else:
             state = kernels.held_play(lower, upper, hold, state, out)
         return out

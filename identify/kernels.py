@@ -223,47 +223,37 @@ def plays_abreast(
 
 
 @njit(error_model="numpy", cache=True)
-def _looked_up(table: Array, at: float) -> float:
-    """Return a table's value at a fractional index, straight between its entries and beyond its last."""
-    i = min(int(at), table.size - 2)
-    return float(table[i] + (at - i) * (table[i + 1] - table[i]))
+def _pushed(above: float, per_unit: float, unit: float, gains: Array) -> float:
+    """Return the mean height of w above a shaking border after half a step, from a height ``above`` before it.
 
-
-@njit(error_model="numpy", cache=True)
-def _ratcheted(z: float, later: float, tables: Any) -> float:
-    """Return the mean height above a shaking border after a time ``later`` more, both in the units of the tables.
-
-    The tables (identify.ratchet) are log of time against height, height against log of time, entries to a unit of
-    height and of log of time, and where the latter begins.
+    ``gains`` are how much is gained from heights 0, 1, 2 and so on, in a ``unit`` of height; beyond, nothing is.
     """
-    ages, heights, per_z, per_age, youngest = tables
-    if z * per_z >= ages.size - 1:
-        return z
-    z = max(z, 0.0)
-    age = _looked_up(ages, z * per_z)
-    older = age + np.log1p(later * np.exp(-age))
-    return z + _looked_up(heights, (older - youngest) * per_age) - _looked_up(heights, (age - youngest) * per_age)
+    at = max(above * per_unit, 0.0)
+    if not at < gains.size - 1:
+        return above
+    i = int(at)
+    return unit * (at + gains[i] + (at - i) * (gains[i + 1] - gains[i]))
 
 
 @njit(error_model="numpy", cache=True)
 def noisy_play(
-    lower: Array, upper: Array, sd_l: float, sd_u: float, later: float, tables: Any, hold: Any, state: Any, out: Array
+    lower: Array, upper: Array, sd_l: float, sd_u: float, gains: Array, per_sd: float, hold: Any, state: Any, out: Array
 ) -> Any:  # fmt: skip
     """Run the mean of a play whose borders shake by ``sd_l`` and ``sd_u``, in units of w.
 
     Half of a step's time is spent at its end, half of the next one's at its beginning: errors of the two cancel.
-    ``later`` is a step in the time of ``tables``, which are those of ``_ratcheted``; ``hold`` and ``state`` as in
-    ``held_play``.
+    ``gains`` are those of ``_pushed``, at ``per_sd`` heights to a sd; ``hold`` and ``state`` as in ``held_play``.
     """
     w, q = state
+    per_l, per_u, unit_l, unit_u = per_sd / sd_l, per_sd / sd_u, sd_l / per_sd, sd_u / per_sd
     for j in range(lower.size):
         free, q = _held(hold[0], hold[1], hold[2], hold[3], w, q)
-        for half in range(2):  # of the time around an instant: one before, one behind it
-            w = free if half == 0 else w
-            w = lower[j] + sd_l * _ratcheted((w - lower[j]) / sd_l, 0.5 * later, tables)
-            w = upper[j] - sd_u * _ratcheted((upper[j] - w) / sd_u, 0.5 * later, tables)
-            if half == 0:
-                out[j] = w
+        low, high = lower[j], upper[j]
+        w = low + _pushed(free - low, per_l, unit_l, gains)
+        w = high - _pushed(high - w, per_u, unit_u, gains)
+        out[j] = w  # of the time around an instant, half is before it, and half behind
+        w = low + _pushed(w - low, per_l, unit_l, gains)
+        w = high - _pushed(high - w, per_u, unit_u, gains)
         q += 0.5 * hold[3] * (w - free)
     return w, q
 

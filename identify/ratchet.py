@@ -7,7 +7,7 @@ pushes as far as w stands: exact at rest and where the border runs fast.
 """
 
 from collections.abc import Callable
-from functools import cache
+from functools import cache, lru_cache
 from typing import Literal
 
 import numpy as np
@@ -18,28 +18,37 @@ from scipy.special import log_ndtr
 from identify.trace import Array
 
 Kind = Literal["white", "low-pass"]
-Tables = tuple[Array, Array, float, float, float]
 
 HIGHEST = 6.0  # sd: further from w a border does not reach it
-PER_Z, PER_AGE = 160.0, 40.0  # entries of the tables to a unit
+PER_Z, PER_AGE = 160.0, 160.0  # entries of the tables to a unit
 YOUNGEST, OLDEST = -12.0, 22.0  # log of time: in the first nothing is pushed yet, in the last more than ``HIGHEST``
 DEEPEST, NODES = -7.0, 160  # of the grid on which a low-passed noise moves, sd
 LEVELS = np.concatenate((np.arange(-3.0, 6.6, 0.2), [7.0]))  # between which the chance of a push is interpolated
 
 
-@cache
-def tables(kind: Kind) -> Tables:
-    """Return the log of time against the mean height pushed to by then, height against log of time, steps and start.
+@lru_cache(maxsize=64)
+def gains(kind: Kind, later: float) -> Array:
+    """Return how much the mean height of w above a border gains in a time, from heights 0, 1, 2 ... in sd / ``PER_Z``.
 
-    Heights are in sd of the noise. Time is counted in 1 / bandwidth for noise white up to there, in
-    1 / (2 pi bandwidth) for noise behind a first-order low-pass.
+    ``later`` is counted in 1 / bandwidth for noise white up to there, in 1 / (2 pi bandwidth) for noise behind a
+    first-order low-pass. Shape (N,), read-only; from beyond the last height nothing is gained.
     """
+    ages, heights = _heights(kind)
+    levels = np.arange(round(HIGHEST * PER_Z)) / PER_Z
+    age = np.interp(levels, heights, ages)
+    older = age + np.log1p(later * np.exp(-age))
+    gained = np.append(PER_Z * (np.interp(older, ages, heights) - np.interp(age, ages, heights)), 0.0)
+    gained.flags.writeable = False
+    return gained
+
+
+@cache
+def _heights(kind: Kind) -> tuple[Array, Array]:
+    """Return log of time, and the mean height pushed to by then."""
     law: dict[Kind, Callable[[Array], Array]] = {"white": highest_of_white, "low-pass": highest_of_low_passed}
     few = np.arange(YOUNGEST, OLDEST + 0.2, 0.2)
     ages = np.arange(YOUNGEST, OLDEST, 1.0 / PER_AGE)
-    heights = PchipInterpolator(few, law[kind](np.exp(few)))(ages)
-    levels = np.arange(round(HIGHEST * PER_Z) + 1) / PER_Z
-    return np.interp(levels, heights, ages), heights, PER_Z, PER_AGE, YOUNGEST
+    return ages, PchipInterpolator(few, law[kind](np.exp(few)))(ages)
 
 
 def highest_of_white(times: Array) -> Array:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from identify import kernels
-from identify.ratchet import Kind, highest_of_low_passed, highest_of_white, tables
+from identify.ratchet import PER_Z, Kind, gains, highest_of_low_passed, highest_of_white
 from tests.proof.ratchet import HALF_GAP_V, Noise, ratcheted, stairs, waves
 from tests.proof.stimuli import RATE_HZ
 
@@ -13,7 +13,7 @@ def mean_level(v: np.ndarray, sd_v: float, renewed: float, kind: Kind) -> np.nda
     """Return the mean of w as the product has it, for borders of slope 1."""
     out, hold = np.empty(v.size), (1.0, 0.0, 0.0, 0.0)
     lower, upper = v - HALF_GAP_V, v + HALF_GAP_V
-    kernels.noisy_play(lower, upper, sd_v, sd_v, renewed, tables(kind), hold, (0.0, 0.0), out)
+    kernels.noisy_play(lower, upper, sd_v, sd_v, gains(kind, 0.5 * renewed), PER_Z, hold, (0.0, 0.0), out)
     return out
 
 
