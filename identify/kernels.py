@@ -232,7 +232,7 @@ def _pushed(above: float, per_unit: float, unit: float, gains: Array) -> float:
     if not at < gains.size - 1:
         return above
     i = int(at)
-    return unit * (at + gains[i] + (at - i) * (gains[i + 1] - gains[i]))
+    return float(unit * (at + gains[i] + (at - i) * (gains[i + 1] - gains[i])))
 
 
 @njit(error_model="numpy", cache=True)

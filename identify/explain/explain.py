@@ -16,7 +16,7 @@ from identify.explain.explanation import Explanation
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import located
 from identify.explain.neighbours import settled
-from identify.explain.readings import read, reread
+from identify.explain.readings import hides_noise, read, reread
 from identify.explain.select import Bench, selected
 from identify.explain.survey import surveyed
 from identify.explain.warrant import Warranted, warranted
@@ -63,6 +63,8 @@ def _explained(
     note("locating the mismatch", 0.1)
     seen = surveyed(bench, plain)
     bench, final, rounds = selected(bench, plain, note)
+    if against is None and hides_noise(readings, bench, final, leave_out):
+        return _explained(model, traces, hold_out, note, leave_out, final.fit.chain)
     note("checking the names against free-form corrections", 0.75)
     plain = bench.fitted((rounds[0].base if rounds else plain).fit.chain, ())
     earned = warranted(bench, plain, final, rounds)

@@ -9,10 +9,12 @@ from dataclasses import dataclass, replace
 
 from identify.chain import Chain
 from identify.effects.effect import Effect, short
+from identify.evidence import Evidence
 from identify.explain.explanation import Finding, Location, Range
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.rivals import OTHERWISE
 from identify.explain.select import Bench
+from identify.explain.wander import MOSTLY, unrepeated
 from identify.holdout import Split, settling_s, split
 from identify.model import Model
 from identify.natural_units import shown_interval
@@ -20,6 +22,7 @@ from identify.readings.blemish import Blemish
 from identify.readings.coloured_noise import ColouredNoise, coloured_noise
 from identify.readings.grid import adc_steps
 from identify.readings.mend import Mended, answer, mended
+from identify.readings.noise_left import noise_left
 from identify.readings.range_end import RangeEnd, range_ends
 from identify.stage import Place
 from identify.trace import Trace
@@ -60,7 +63,7 @@ def read(
 
     def undone(seen: Mended) -> Readings:
         data = split(model, seen.training, seen.proof) if seen.found or ends else raw
-        data, noise = _whitened(data, seen, settling_s(model), leave_out)
+        data, noise = _whitened(data, seen, settling_s(model), leave_out, against)
         mine, plain = (bench, before) if data is raw else prepared(data)
         told = {blemish.id for blemish in ends}  # what the readings alone tell is not fitted once more
         again = replace(mine, kinds=tuple(kind for kind in mine.kinds if kind.id not in told)), plain
@@ -107,10 +110,14 @@ def _looked(
 
 
 def _whitened(
-    data: Split, seen: Mended, settle_s: float, leave_out: Sequence[str]
+    data: Split, seen: Mended, settle_s: float, leave_out: Sequence[str], against: Chain | None
 ) -> tuple[Split, tuple[ColouredNoise, ...]]:
     """Return the data weighed as their noise is coloured, and what tells of that; as they are where it is white."""
-    noise = None if ColouredNoise.id in leave_out else coloured_noise(seen.training, seen.proof, settle_s)
+    noise = None
+    if ColouredNoise.id not in leave_out:
+        noise = coloured_noise(seen.training, seen.proof, settle_s)
+    if noise is None and ColouredNoise.id not in leave_out and against is not None:
+        noise = noise_left(*_less(against, seen, data.noise.rms_v))
     if noise is None:
         return data, ()
     train, test = (
@@ -120,6 +127,16 @@ def _whitened(
     return replace(data, train=train, test=test, noise=replace(data.noise, rms_v=noise.rms_v)), (noise.blemish,)
 
 
+def hides_noise(readings: Readings, bench: Bench, hypothesis: Hypothesis, leave_out: Sequence[str]) -> bool:
+    """Return whether what a hypothesis leaves is coloured noise that the repeats alone did not tell."""
+    if ColouredNoise.id in (*leave_out, *(b.id for b in readings.found)):
+        return False
+    if unrepeated(Evidence(hypothesis.fit, bench.observations)) < MOSTLY:
+        return False
+    seen = Mended(readings.traces, readings.hold_out, ())
+    return noise_left(*_less(hypothesis.fit.chain, seen, readings.data.noise.rms_v)) is not None
+
+
 def reread(readings: Readings, chain: Chain, explained: Sequence[Effect], leave_out: Sequence[str]) -> Readings:
     """Return the readings with the blemishes that are there against the chain that explains the rest, measured on it.
 
@@ -127,7 +144,7 @@ def reread(readings: Readings, chain: Chain, explained: Sequence[Effect], leave_
     """
     own = {blemish for effect in explained for blemish in effect.brings}
     noise = tuple(b for b in readings.found if b.id == ColouredNoise.id and b.id not in own)
-    if noise and coloured_noise(*_left(readings, chain), readings.settle_s) is None:
+    if noise and not _noisy(readings, chain):
         noise = ()  # it was physics that does not come back with the stimulus, and is explained
     found = mended(chain, readings.traces, readings.hold_out, readings.data.noise.rms_v, leave_out).found
     found = (*(b for b in readings.found if b.id == RangeEnd.id), *found, *noise)
@@ -136,11 +153,17 @@ def reread(readings: Readings, chain: Chain, explained: Sequence[Effect], leave_
     return replace(readings, found=found)
 
 
-def _left(readings: Readings, chain: Chain) -> tuple[list[Trace], list[Trace]]:
-    """Return the recordings less what a chain answers."""
+def _noisy(readings: Readings, chain: Chain) -> bool:
+    """Return whether the noise is coloured in what a chain leaves of the recordings, too."""
+    train, test = _less(chain, Mended(readings.traces, readings.hold_out, ()), readings.data.noise.rms_v)
+    return coloured_noise(train, test, readings.settle_s) is not None or noise_left(train, test) is not None
+
+
+def _less(chain: Chain, seen: Mended, noise_v: float) -> tuple[list[Trace], list[Trace]]:
+    """Return recordings less what a chain answers."""
     train, test = (
-        [replace(trace, y=trace.y[:] - answer(chain, trace, readings.data.noise.rms_v)) for trace in traces]
-        for traces in (readings.traces, readings.hold_out)
+        [replace(trace, y=trace.y[:] - answer(chain, trace, noise_v)) for trace in traces]
+        for traces in (seen.training, seen.proof)
     )
     return train, test
 

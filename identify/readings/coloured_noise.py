@@ -6,7 +6,7 @@ power at every frequency is compared with white noise and a power law, by Whittl
 (1953) 423): ordinates of a periodogram are independent and exponential about the spectrum.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, final
 
@@ -93,6 +93,11 @@ class Coloured:
     slope: float
 
     @property
+    def values(self) -> tuple[float, float, float]:
+        """Return all three in a row."""
+        return self.white_v, self.sd_v, self.slope
+
+    @property
     def rms_v(self) -> float:
         """Return the rms of a reading's noise, V."""
         return float(np.hypot(self.white_v, self.sd_v))
@@ -136,19 +141,23 @@ def coloured_noise(training: Sequence[Trace], proof: Sequence[Trace], settle_s: 
 
     What comes in bursts is no such noise: made white, it is not Gaussian.
     """
-    seen = spectra(training, settle_s)
+    kept = spectra(proof, settle_s)
+    return told_by(spectra(training, settle_s), kept, lambda noise: _bursts(training, settle_s, noise))
+
+
+def told_by(seen: Sequence[Spectrum], kept: Sequence[Spectrum], bursts: Callable[[Coloured], float]) -> Told | None:
+    """Return the coloured noise that spectra show beyond doubt; ``bursts`` are by how much it strays, made white."""
     if not seen:
         return None
     white_v = _white(seen)
     options = [_fitted(seen, white_v, share * white_v, slope) for share, slope in STARTS]
     best, cost = min(options, key=lambda option: option[1])
     told = 2.0 * (_cost(seen, white_v, 0.0, 1.0) - cost)
-    kept = spectra(proof, settle_s)
-    law = SLOPES[0] < best[2] < SLOPES[1] and _misfit(seen, best) < MISFIT
+    law = SLOPES[0] < best[2] < SLOPES[1] and misfit(seen, Coloured(*_values(best))) < MISFIT
     if told < CONVINCING or not law or (kept and _improvement(kept, best) < CONFIRMING):
         return None
     scatter = np.sqrt(np.diag(inverse(_curvature(seen, best))))
-    if _bursts(training, settle_s, Coloured(*_values(best))) > BURSTS:
+    if bursts(Coloured(*_values(best))) > BURSTS:
         return None
     white_v, sd_v, slope = _values(best)
     values = {
@@ -185,9 +194,9 @@ def _fitted(seen: Sequence[Spectrum], white_v: float, sd_v: float, slope: float)
     return np.asarray(found.x), float(found.fun)
 
 
-def _misfit(seen: Sequence[Spectrum], at: Array) -> float:
+def misfit(seen: Sequence[Spectrum], noise: Coloured) -> float:
     """Return the deviance from a spectrum that is free in every band, per band: about one for the right law."""
-    ratios = np.concatenate([np.maximum(s.power / s.expected(*_values(at)), FAINT) for s in seen])
+    ratios = np.concatenate([np.maximum(s.power / s.expected(*noise.values), FAINT) for s in seen])
     count = np.concatenate([s.count for s in seen])
     return float(np.mean(2.0 * count * (ratios - 1.0 - np.log(ratios))))
 
@@ -224,14 +233,20 @@ def _pairs(trace: Trace, settle_s: float) -> Iterator[tuple[int, int]]:
 
 def _bursts(traces: Sequence[Trace], settle_s: float, noise: Coloured) -> float:
     """Return by how many standard deviations of chance the noise, made white, strays farther than a normal law's."""
-    sums: dict[int, list[Array]] = {length: [] for length in LENGTHS}
+    white = []
     for trace in traces:
-        white = whitening(noise.colour(trace))
-        for first, lag in _pairs(trace, settle_s):
-            left, use = _difference(trace, first, lag)
-            new = white(left[use], np.ones(np.count_nonzero(use), dtype=np.bool_))
-            for length, found in sums.items():
-                found.append(new[: new.size // length * length].reshape(-1, length).sum(axis=1))
+        made_white = whitening(noise.colour(trace))
+        for left, use in (_difference(trace, *pair) for pair in _pairs(trace, settle_s)):
+            white.append(made_white(left[use], np.ones(np.count_nonzero(use), dtype=np.bool_)))
+    return straying(white)
+
+
+def straying(white: Sequence[Array]) -> float:
+    """Return by how many standard deviations of chance white noise, or sums of it, strays beyond a normal law."""
+    sums: dict[int, list[Array]] = {length: [] for length in LENGTHS}
+    for new in white:
+        for length, found in sums.items():
+            found.append(new[: new.size // length * length].reshape(-1, length).sum(axis=1))
     together = [np.concatenate(found) for found in sums.values() if found]
     return max((float(kurtosis(each)) / (24.0 / each.size) ** 0.5 for each in together if each.size), default=0.0)
 
@@ -247,18 +262,22 @@ def _difference(trace: Trace, first: int, lag: int) -> tuple[Array, Mask]:
 
 
 def _spectrum(trace: Trace, first: int, lag: int) -> Spectrum:
-    """Return the periodogram of the difference between two stretches ``lag`` samples apart, freed of drifts.
+    """Return the periodogram of the difference between two stretches ``lag`` samples apart, freed of drifts."""
+    return spectrum(trace, *_difference(trace, first, lag))
+
+
+def spectrum(trace: Trace, noise: Array, use: Mask) -> Spectrum:
+    """Return the periodogram of noise in a recording, V, shape (n,), where it counts.
 
     Seen through a window of Hann, every second ordinate stands for itself.
     """
-    left, use = _difference(trace, first, lag)
-    window = np.hanning(lag)
-    power = np.square(np.abs(np.fft.rfft(np.where(use, left, 0.0) * window))) / float(window @ (window * use))
-    frequency = np.fft.rfftfreq(lag, 1.0 / trace.rate_hz)
+    window = np.hanning(noise.size)
+    power = np.square(np.abs(np.fft.rfft(np.where(use, noise, 0.0) * window))) / float(window @ (window * use))
+    frequency = np.fft.rfftfreq(noise.size, 1.0 / trace.rate_hz)
     kept = np.arange(frequency.size) % 2 == 0
     kept[:LOWEST], kept[-1] = False, False
     for line in np.outer(MAINS_HZ, np.arange(1, HARMONICS + 1)).ravel():
-        kept &= np.abs(frequency - line) > max(BESIDE_MAINS_HZ, 3.0 * trace.rate_hz / lag)
+        kept &= np.abs(frequency - line) > max(BESIDE_MAINS_HZ, 3.0 * trace.rate_hz / noise.size)
     return _gathered(frequency[kept], power[kept], lines_of(trace))
 
 
