@@ -32,6 +32,7 @@ from identify.explain.round import Round
 from identify.explain.select import Bench
 from identify.explain.shape import shape_of
 from identify.explain.survey import StageShare
+from identify.explain.unvisited import stage_beyond, told_beyond, unvisited
 from identify.explain.warrant import Warranted
 from identify.explain.where import acting, profile
 from identify.fit import Fit
@@ -74,6 +75,13 @@ class Answer:
         self.proof = proven(bench, self.beyond, data.test) if asked else None
         self.after_v = self.proof.held_out_v if self.proof else self.named_v
         self.improved = self.proof.hypothesis if self.proof else self.better
+        self.unvisited = self._unvisited()
+
+    def _unvisited(self) -> Range | None:
+        """Return where held-out runs leave more than noise because no run that was fitted has been there."""
+        chain, train = self.improved.fit.chain, self.bench.observations
+        fits = pooled_rms(left for o in train for left in o.whitened(chain)) <= TO_THE_NOISE
+        return unvisited(chain, train, self.data.test) if fits and self.after_v > TO_THE_NOISE * self.noise_v else None
 
     @property
     def verdict(self) -> Verdict:
@@ -202,6 +210,8 @@ class Answer:
     def remaining(self) -> Remaining:
         """Return what the better model leaves on held-out data."""
         over = self.after_v / self.noise_v
+        if self.unvisited is not None:
+            return Remaining(over, stage_beyond(self.unvisited), told_beyond(self.unvisited))
         if not self.beyond.significant or (self.blemished and self.proof is None):
             return Remaining(over, None, "Nothing that any correction could explain is left beyond the noise.")
         if self.proof is not None:
