@@ -22,8 +22,9 @@ from identify.explain.explanation import (
     Verdict,
 )
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.locate import LIKELY, Located
+from identify.explain.locate import LIKELY
 from identify.explain.neighbours import spanning
+from identify.explain.phrases import described, listed, stretch_told
 from identify.explain.prove import Proof, proven
 from identify.explain.readings import Readings, location
 from identify.explain.readings import finding as of_readings
@@ -167,7 +168,7 @@ class Answer:
         others = tuple(place for place, p in likely.items() if p > LIKELY and place != stage)
         also = f"; what else it could be lies at {listed(others)}" if others else ""
         lines = [
-            f"{e.place.label}, where {e.title} acts at {found[0].axis} {listed([_stretch(r) for r in found])}"
+            f"{e.place.label}, where {e.title} acts at {found[0].axis} {listed([stretch_told(r) for r in found])}"
             for e, found in ranges.items()
         ]
         every = tuple(r for found in ranges.values() for r in found)
@@ -183,7 +184,7 @@ class Answer:
             else acting(correction.axis, correction.place, fitted.fit.chain, base, self.bench.observations)
         )
         also = f"; a correction at {listed(list(others))} would do nearly as well" if others else ""
-        return Location(correction.place.label, ranges, f"{_described(self.beyond)}{also}.", others)
+        return Location(correction.place.label, ranges, f"{described(self.beyond)}{also}.", others)
 
     def unnamed(self, proof: Proof) -> Finding:
         """Return the finding without a name: where it is, what it looks like, how much it would help."""
@@ -192,7 +193,7 @@ class Answer:
         here = (1.0 - self.beyond.p_value) * self.beyond.places.get(correction.place, 1.0)
         return Finding(
             UNNAMED, correction.place.label, correction.form, here, self.weights(correction, fit), correction.equation,
-            f"{beside}{_described(self.beyond)}; on held-out data it lowers the residual from "
+            f"{beside}{described(self.beyond)}; on held-out data it lowers the residual from "
             f"{shown(self.named_v, 'V', 3)} to {shown(proof.held_out_v, 'V', 3)}. No physics in the catalogue explains "
             "this shape.",
             (), None, shape_of(correction, fit, self.bench.observations),
@@ -221,7 +222,7 @@ class Answer:
             return Remaining(over, stage, f"With the unnamed law in the model {with_it}; what it is stays open.")
         if not self.better.effects:
             return Remaining(over, self.beyond.best.place.label, "The mismatch is not explained; it is located above.")
-        return Remaining(over, self.beyond.best.place.label, f"{_described(self.beyond)}.")
+        return Remaining(over, self.beyond.best.place.label, f"{described(self.beyond)}.")
 
     def profiles(self) -> tuple[Profile, ...]:
         """Return the residual before and after along the coordinates that matter."""
@@ -286,19 +287,3 @@ def _stages(finding: Finding) -> dict[str, float]:
     for other in finding.could_also_be:
         total[other.stage] = total.get(other.stage, 0.0) + other.probability
     return dict(sorted(total.items(), key=lambda item: -item[1]))
-
-
-def _stretch(part: Range) -> str:
-    """Return a stretch of a coordinate in words."""
-    return f"{shown(part.low, part.unit, 3)} to {shown(part.high, part.unit, 3)} ({100 * part.share:.0f} % of it)"
-
-
-def listed(parts: Sequence[str]) -> str:
-    """Return parts joined as in a sentence."""
-    return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}" if parts else "nothing"
-
-
-def _described(beyond: Located) -> str:
-    """Return what the best correction says."""
-    best, share = beyond.best, 100 * min(beyond.share, 1.0)
-    return f"{best.kind} at {best.place.label} along {best.axis} accounts for {share:.0f} % of the misfit"

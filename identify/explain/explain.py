@@ -71,8 +71,6 @@ def _explained(
     note("confirming on held-out data", 0.9)
     data = replace(data, test=tuple(refined(o, earned.hypothesis.fit.chain) for o in data.test))
     kept, dropped = confirmed(bench, earned, data.test)
-    best, elsewhere = settled(bench, kept.hypothesis)
-    kept = replace(kept, hypothesis=best, elsewhere=elsewhere)
     improved = adapted(kept.hypothesis.fit.chain, data.test)
     reading = reread(readings, improved, kept.hypothesis.effects, leave_out)
     own = {blemish for effect in kept.hypothesis.effects for blemish in effect.brings}
@@ -104,7 +102,10 @@ def prepared(model: Model, data: Split, leave_out: Sequence[str] = ()) -> tuple[
 def confirmed(
     bench: Bench, earned: Warranted, test: Sequence[Observation]
 ) -> tuple[Warranted, tuple[Effect, ...]]:
-    """Drop effects that do not make held-out data fit better, where these could tell; return the rest and those."""
+    """Drop effects that do not make held-out data fit better, where these could tell; return the rest and those.
+
+    The values of the rest are settled.
+    """
     hypothesis, dropped = earned.hypothesis, []
     for effect in earned.hypothesis.effects:
         without = bench.without(hypothesis, effect)
@@ -113,4 +114,5 @@ def confirmed(
             hypothesis = without
             dropped.append(effect)
     beyond = located(bench, hypothesis) if dropped else earned.beyond
-    return Warranted(hypothesis, beyond), tuple(dropped)
+    best, elsewhere = settled(bench, hypothesis)
+    return Warranted(best, beyond, elsewhere), tuple(dropped)
