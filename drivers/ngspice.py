@@ -1,17 +1,20 @@
 """How is a circuit simulated sample by sample, with a program that knows no samples?
 
-ngspice runs as a process of its own, in a folder of its own, and its answer is read while it grows. Its PWL source
-looks for every instant from the beginning of its table: hours for a long run. So u comes from a ``filesource``, which
-reads on; it makes no time point where it steps, so a source of noise without amplitude does, one each sample. u steps
-a ten thousandth of a period after the instant: what is read at the instant is what stood before.
+ngspice runs as a process of its own and writes its answer into a pipe: it waits where nobody reads, and ends where
+nobody will. Its PWL source looks for every instant from the beginning of its table: hours for a long run. So u comes
+from a ``filesource``, which reads on; it makes no time point where it steps, so a source of noise without amplitude
+does, one each sample. u steps a ten thousandth of a period after the instant: what is read at the instant is what stood
+before.
 """
 
+import os
+import select
 import shutil
 import subprocess
 import tempfile
 import time
 from collections.abc import Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import final
 
@@ -24,9 +27,9 @@ from rig.errors import DeviceError
 PROGRAM = "ngspice"
 INSTALL = "install ngspice (Debian, Ubuntu: apt-get install ngspice)"
 LATE = 1e-4  # of a sample period
-TRAILER = b"Binary:\n"
-LOOK_S = 0.005
-AT_ONCE = 1 << 22  # bytes of the answer
+HEAD_ENDS = b"Binary:\n"
+AT_ONCE = 1 << 20  # bytes of the answer
+ANSWER = "out.raw"
 ANALYSIS = """
 Afs_ %v([u]) fs_
 .model fs_ filesource (file="u.txt" amploffset=[0] amplscale=[1] timeoffset=0 timescale=1 timerelative=false
@@ -54,13 +57,16 @@ class Simulation:
             raise DeviceError("no circuit can be simulated here", value=f"{PROGRAM} not found", do=INSTALL)
         self._held, self._size, self._step_s = ExitStack(), int(u.size), 1.0 / rate_hz
         self._folder = Path(self._held.enter_context(tempfile.TemporaryDirectory(prefix="rig-spice-")))
-        self._read_bytes, self._done = 0, 0
+        self._done, self._bytes, self._begun = 0, b"", False
         self._rows: Array = np.empty((0, 1 + len(nodes)))
         self._write(circuit, nodes, u)
-        self._log = self._held.enter_context((self._folder / "log").open("w"))
+        os.mkfifo(self._folder / ANSWER)
+        self._pipe = os.open(self._folder / ANSWER, os.O_RDONLY | os.O_NONBLOCK)
+        self._held.callback(os.close, self._pipe)
+        log = self._held.enter_context((self._folder / "log").open("w"))
         self._process = subprocess.Popen(
-            [PROGRAM, "-n", "-b", "-r", "out.raw", "deck.cir"], cwd=self._folder, stdin=subprocess.DEVNULL,
-            stdout=self._log, stderr=subprocess.STDOUT, start_new_session=True)
+            [PROGRAM, "-n", "-b", "-r", ANSWER, "deck.cir"], cwd=self._folder, stdin=subprocess.DEVNULL,
+            stdout=log, stderr=subprocess.STDOUT, start_new_session=True)
 
     @property
     def done(self) -> int:
@@ -72,7 +78,7 @@ class Simulation:
         deadline = time.monotonic() + timeout_s
         while True:
             ended = self._process.poll() is not None
-            self._catch_up()
+            self._catch_up(max(0.0, deadline - time.monotonic()))
             if (stop := self._reached()) > self._done:
                 return self._at_instants(self._done, min(stop, self._done + most))
             if ended:
@@ -80,7 +86,6 @@ class Simulation:
                                   value=self._last_words(), do="check the values of the netlist's parts")
             if time.monotonic() >= deadline:
                 return None
-            time.sleep(LOOK_S)
 
     def stop(self) -> None:
         """End the process and forget its files; harmless when it has ended."""
@@ -105,25 +110,25 @@ class Simulation:
                 level = float(values[-1])
             table.write(f"{(self._size + 1) * self._step_s:.17g} {level:.17g}\n")
 
-    def _catch_up(self) -> None:
-        """Read what ngspice has written since."""
-        path = self._folder / "out.raw"
-        if not path.exists():
+    def _catch_up(self, timeout_s: float) -> None:
+        """Read what ngspice has written since, waiting for it where there is nothing yet."""
+        if self._reached() > self._done or not select.select([self._pipe], [], [], timeout_s)[0]:
             return
-        with path.open("rb") as answer:
-            if not self._read_bytes:
-                head = answer.read(4096)
-                at = head.find(TRAILER)
-                if at < 0:
-                    return
-                self._read_bytes = at + len(TRAILER)
-            answer.seek(self._read_bytes)
-            row = 8 * self._rows.shape[1]
-            data = answer.read(AT_ONCE)
-        whole = len(data) // row * row
-        self._read_bytes += whole
-        fresh = np.frombuffer(data[:whole], dtype="<f8").reshape(-1, self._rows.shape[1])
-        self._rows = np.concatenate([self._rows, fresh])
+        fresh = os.read(self._pipe, AT_ONCE)
+        if not fresh:  # it has closed the pipe, and is about to end
+            with suppress(subprocess.TimeoutExpired):
+                self._process.wait(timeout_s)
+            return
+        self._bytes += fresh
+        if not self._begun:
+            _, end, rest = self._bytes.partition(HEAD_ENDS)
+            if not end:
+                return
+            self._begun, self._bytes = True, rest
+        columns = self._rows.shape[1]
+        whole = len(self._bytes) // (8 * columns) * 8 * columns
+        rows = np.frombuffer(self._bytes[:whole], dtype="<f8").reshape(-1, columns)
+        self._rows, self._bytes = np.concatenate([self._rows, rows]), self._bytes[whole:]
 
     def _reached(self) -> int:
         """Return up to which sample, not included, the answer goes."""

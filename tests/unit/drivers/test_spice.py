@@ -1,6 +1,9 @@
 """Does the circuit of op-amps do what the paper's chain does, and does its driver say what is wrong?"""
 
 import shutil
+import subprocess
+import sys
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +17,7 @@ from rig.errors import DeviceError, FileError, UsageError
 from rig.plan import Limits
 from rig.rigfile import parse_rig
 from tests.rigs import QUIET
+from tests.wire.waiting import eventually
 
 LIMITS = Limits(-10.0, 10.0, None)
 RATE_HZ = 10_000.0
@@ -38,6 +42,13 @@ def chain(u: Array) -> Array:
 
 def nrmse(one: Array, other: Array) -> float:
     return float(np.sqrt(np.mean((one - other) ** 2)) / np.std(other))
+
+
+def alive(pid: int) -> bool:
+    """Return whether a process runs; one that has ended and was not waited for does not."""
+    with suppress(OSError):
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    return False
 
 
 def sine(seconds: float, volt: float = 9.0) -> Array:
@@ -101,6 +112,26 @@ def test_a_run_that_is_left_leaves_no_process_and_no_files() -> None:
     blocks.close()  # type: ignore[attr-defined]
     assert running._process.poll() is not None
     assert not running._folder.exists()
+
+
+@needs_ngspice
+def test_a_program_that_is_killed_takes_ngspice_with_it(tmp_path: Path) -> None:
+    script = """
+import numpy as np
+from drivers.ngspice import Simulation
+running = Simulation(["R1 u y 1k", "R2 y 0 1k"], ("y",), np.sin(np.arange(50_000.0)), 1e4)
+assert running.take(10, 5.0) is not None
+print(running._process.pid, running._folder, flush=True)
+input()
+"""
+    command = [sys.executable, "-c", script]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stdin=subprocess.PIPE, text=True) as program:
+        assert program.stdout is not None
+        pid, folder = program.stdout.readline().split()
+        assert alive(int(pid))
+        program.kill()
+    shutil.rmtree(folder)
+    assert eventually(lambda: not alive(int(pid)))
 
 
 @needs_ngspice

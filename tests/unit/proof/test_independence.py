@@ -8,7 +8,8 @@ import pytest
 import tests.proof
 
 PRODUCT = {"identify", "rig", "drivers", "protocols"}
-MEETS_THE_PRODUCT = {"ask.py", "__main__.py", "device.py", "follow_up.py"}  # they ask it, or answer it; none draws
+MEETS_THE_PRODUCT = {"ask.py", "__main__.py", "device.py", "follow_up.py", "recorded.py", "told.py"}
+"""They ask it, or answer it; none draws."""
 FILES = Path(tests.proof.__file__).parent.glob("**/*.py")
 BENCH = sorted(p for p in FILES if not p.name.startswith("test_") and p.name not in MEETS_THE_PRODUCT)
 

@@ -1,0 +1,150 @@
+"""Which part of the circuit is changed, and what must that cause by hand calculation?
+
+The calculations use the values of parts as they stand in ``drivers/circuits`` and what a text book says; nothing here
+knows the product's chain.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import log, pi, sqrt
+
+KELVIN = 300.15  # ngspice's 27 degrees
+V_T = 1.380649e-23 * KELVIN / 1.602176634e-19
+GAIN, HOLD_F, FEEDBACK_OHM = 8.0, 100e-9, 80e3
+TO_ADC = ("X10 z y vcc vee y TL081N", "X10 z y0 vcc vee y0 TL081N")  # room for something between the buffer and the ADC
+FROM_SOURCE = ("R1 u a 20k", "R1 u1 a 20k")  # and between the source and the first resistor
+
+
+@dataclass(frozen=True)
+class Change:
+    """What is done to the circuit with parts, and what follows.
+
+    ``edits`` are lines and what replaces them, ``added`` further lines. ``effect`` and ``stage`` name the physics, ""
+    where values of the plain model change and no physics is missing, ``unnamed`` where no catalogue has it.
+    ``expected`` are its values, or those of the plain model by their path in ``model``, and ``because`` says how they
+    follow.
+    """
+
+    name: str
+    done: str
+    effect: str
+    stage: str
+    because: str
+    expected: Mapping[str, float] = field(default_factory=dict)
+    edits: tuple[tuple[str, str], ...] = ()
+    added: tuple[str, ...] = ()
+
+    def applied(self, netlist: str) -> str:
+        """Return the netlist with the change in it; raise ValueError where a line to be edited is not there once."""
+        for line, other in self.edits:
+            if netlist.splitlines().count(line) != 1:
+                raise ValueError(f"{self.name}: {line!r} is not in the netlist once")
+            netlist = netlist.replace(line, other)
+        return netlist.replace("\n.end", "\n" + "\n".join([*self.added, ".end"]))
+
+
+def _knee(string: int) -> dict[str, float]:
+    """Return n V_T and the knee of so many red diodes in series across the feedback resistor."""
+    n_vt = string * 1.9 * V_T
+    return {"n_vt": n_vt, "knee": n_vt * log(n_vt / (FEEDBACK_OHM * 1e-20))}
+
+
+def _hum(volt: float, hertz: float, farad: float) -> float:
+    """Return what a stray capacitor from the mains makes of them at the first RC."""
+    w = 2.0 * pi * hertz
+    return volt * w * farad * 20e3 / sqrt(1.0 + (w * 20e3 * (1e-6 + farad)) ** 2)
+
+
+NOTHING = Change("nothing", "the circuit as it is", "", "", "nothing is missing: S = 80k / 10k, D = +-1.25 V",
+                 {"F.S_L": 8.0, "F.D_L": 1.25, "F.S_U": 8.0, "F.D_U": -1.25})
+
+CHANGES = (
+    Change(
+        "leaky hold capacitor", "120 Mohm across C3 = 100 nF", "plateau_droop", "F",
+        "rate = 1 / (120 Mohm x 100 nF)", {"rate": 1.0 / (120e6 * HOLD_F)}, added=("R91 hc 0 120meg",),
+    ),
+    Change(
+        "741 behind the hold capacitor", "X7: TL081 -> uA741", "plateau_droop", "F",
+        "current = -8 x 80 nA / 100 nF", {"current": -GAIN * 80e-9 / HOLD_F},
+        (("X7 h m vcc vee m TL081N", "X7 h m vcc vee m UA741"),),
+    ),
+    Change(
+        "a Schottky diode in the play", "D2: picoampere diode -> BAT85, and C3: 0.1 -> 1 uF", "plateau_droop", "F",
+        "current = 8 x I_s / 1 uF, I_s = 0.2 uA", {"current": GAIN * 0.2e-6 / 1e-6},
+        (("D2 h r DLEAKLESS", "D2 h r DBAT85"), ("C3 hc 0 100n", "C3 hc 0 1u")),
+    ),
+    Change(
+        "weak supply of the gain stage", "V3: 11.5 -> 8.6 V, V4: -11.5 -> -9.4 V", "saturation", "F",
+        "the amplifier ends 1.5 V before its supply, and w has the other sign",
+        {"upper": 9.4 - 1.5, "lower": -8.6 + 1.5},
+        (("V3 vpp 0 11.5", "V3 vpp 0 8.6"), ("V4 vnn 0 -11.5", "V4 vnn 0 -9.4")),
+    ),
+    Change(
+        "hold capacitor that absorbs", "4.7 nF behind 10 Mohm across C3", "dielectric_absorption", "F",
+        "fraction = 4.7 nF / 100 nF, tau = 10 Mohm x 4.7 nF", {"fraction": 0.047, "tau": 10e6 * 4.7e-9},
+        added=("C91 hc da 4.7n", "R91 da 0 10meg"),
+    ),
+    Change(
+        "micropower gain stage", "X8: TL081 -> LT1494", "slew_limit", "F",
+        "1 V/ms by its data sheet; its pole at 2.7 kHz / 9 is one of the two G2 may have", {"rate": 1000.0},
+        (("X8 0 k vpp vnn o TL081N", "X8 0 k vpp vnn o LT1494"),),
+    ),
+    Change(
+        "diodes across the gain stage", "four red LEDs in series, both ways, across R15", "diode_clamp", "F",
+        "n V_T = 4 x 1.9 x 25.9 mV, knee where the string carries n V_T / 80 kohm", _knee(4),
+        added=tuple(f"D9{at} {one} {two} DLED" for at, (one, two) in enumerate(
+            [("k", "l1"), ("l1", "l2"), ("l2", "l3"), ("l3", "o"), ("o", "l4"), ("l4", "l5"), ("l5", "l6"), ("l6", "k")]
+        )),
+    ),
+    Change(
+        "stray capacitance past the play", "1 nF from v to the hold capacitor", "plateau_tilt", "F",
+        "k = 8 x 1 nF / (100 nF + 1 nF)", {"k": GAIN * 1e-9 / (HOLD_F + 1e-9)}, added=("C91 v h 1n",),
+    ),
+    Change(
+        "crosstalk to the ADC", "1 kohm before the ADC, 100 kohm from the source to it", "feedthrough", "sense",
+        "k = 1 kohm / (1 kohm + 100 kohm)", {"k": 1.0 / 101.0}, (TO_ADC,), ("R91 y0 y 1k", "R92 u y 100k"),
+    ),
+    Change(
+        "mains into the first filter", "230 V of 50.013 Hz through 47 pF into C1", "hum", "G1",
+        "325 V x w x 47 pF x |20 kohm parallel 1 uF|", {"amplitude": _hum(325.0, 50.013, 47e-12), "frequency": 50.013},
+        added=("V91 mains 0 SIN(0 325 50.013)", "C91 mains a 47p"),
+    ),
+    Change(
+        "choke before the ADC", "470 mH, 100 ohm, 2.2 uF before the ADC", "resonance", "G2",
+        "w_n = 1 / sqrt(L C), zeta = R / 2 x sqrt(C / L)",
+        {"w_n": 1.0 / sqrt(0.47 * 2.2e-6), "zeta": 50.0 * sqrt(2.2e-6 / 0.47)},
+        (TO_ADC,), ("R91 y0 y1 100", "L91 y1 y 470m", "C91 y 0 2.2u"),
+    ),
+    Change(
+        "coupling capacitor before the ADC", "10 uF into 100 kohm", "ac_coupling", "sense", "T = 10 uF x 100 kohm",
+        {"T": 1.0}, (TO_ADC,), ("C91 y0 y 10u", "R91 y 0 100k"),
+    ),
+    Change(
+        "coupling capacitor behind the source", "47 uF into 100 kohm", "input_ac_coupling", "source",
+        "T = 100 kohm x (47 uF + C1 = 1 uF)", {"T": 4.8}, (FROM_SOURCE,), ("C91 u u1 47u", "R91 u1 0 100k"),
+    ),
+    Change(
+        "buffer behind the source on +-4.5 V", "a TL081 as follower, 1.5 V of swing lost each side", "input_clipping",
+        "source", "4.5 V - 1.5 V", {"upper": 3.0, "lower": -3.0}, (FROM_SOURCE,),
+        ("V91 v4 0 4.5", "V92 v5 0 -4.5", "X91 u u1 v4 v5 u1 TL081N"),
+    ),
+    Change(
+        "wrong resistor in the gain stage", "R15: 80 -> 75 kohm", "", "", "S = 75 kohm / 10 kohm",
+        {"F.S_L": 7.5, "F.S_U": 7.5, "F.D_L": 1.25, "F.D_U": -1.25}, (("R15 k o 80k", "R15 k o 75k"),),
+    ),
+    Change(
+        "wrong capacitor in the first filter", "C1: 1 -> 1.5 uF", "", "", "tau = 20 kohm x 1.5 uF",
+        {"G1.tau": 0.03}, (("C1 a 0 1u", "C1 a 0 1.5u"),),
+    ),
+    Change(
+        "no catch diodes", "D3 and D4 left out", "unnamed", "F",
+        "the blocked amplifier must come back from its rail, later by a law of the square root of the rate",
+        edits=(("D3 n p D1N4148", "* no D3"), ("D4 r q D1N4148", "* no D4")),
+    ),
+    Change(
+        "feedback before the diode", "R11 and R12 from p and r in place of m", "unnamed", "F",
+        "the diode's logarithm stays in the path: the gap grows by 0.06 V a decade of dv/dt, and creeps",
+        edits=(("R11 m n 10k", "R11 p n 10k"), ("R12 m q 10k", "R12 r q 10k")),
+    ),
+)  # fmt: skip
+ALL = (NOTHING, *CHANGES)

@@ -1,0 +1,55 @@
+"""How is what the tool said of every circuit shown?"""
+
+from collections.abc import Sequence
+from typing import Any
+
+from tests.proof.circuit.changes import Change
+from tests.proof.circuit.verdict import Answer, Value, Verdict, judged
+
+HEAD = ("| what was changed | what it must cause | by hand | told | held out, x noise | verdict | |\n"
+        "|---|---|---|---|---|---|---|\n")
+Told = Sequence[tuple[Change, Answer]]
+
+
+def report(told: Told, commit: str) -> str:
+    """Return the count and the table."""
+    verdicts = [judged(change, answer) for change, answer in told]
+    named = [v for (c, _), v in zip(told, verdicts, strict=True) if c.effect not in ("", "unnamed")]
+    counts = {word: sum(v.outcome == word for v in verdicts) for word in ("found", "missed", "wrong")}
+    rows = (row(change, answer, verdict) for (change, answer), verdict in zip(told, verdicts, strict=True))
+    return (
+        f"At commit `{commit}`: of {len(named)} changes with a name in the catalogue "
+        f"{sum(v.outcome == 'found' for v in named)} were found; of all {len(verdicts)} circuits "
+        f"{counts['found']} were answered rightly, {counts['missed']} missed, "
+        f"{counts['wrong']} called by a wrong name.\n\n"
+        + HEAD + "\n".join(rows) + "\n"
+    )
+
+
+def row(change: Change, answer: Answer, verdict: Verdict) -> str:
+    """Return the line of one circuit."""
+    must = f"`{change.effect}` at {change.stage}" if change.effect else "no missing physics"
+    cells = (
+        f"{change.name}: {change.done}", f"{must}: {change.because}",
+        ", ".join(f"{v.name} {v.by_hand:.4g}" for v in verdict.values), _said(answer, verdict.values),
+        f"{verdict.before:.3g} → {verdict.after:.3g}", str(answer["verdict"]),
+        f"**{verdict.outcome}**" + (f": {verdict.why}" if verdict.why else ""),
+    )
+    return "| " + " | ".join(cells) + " |"
+
+
+def _said(answer: Answer, values: Sequence[Value]) -> str:
+    """Return names with their odds, and the values asked about."""
+    names = [f"`{e['id']}` at {e['stage']} {e['probability']:.2f}{_others(e)}" for e in answer["effects"]]
+    told = [_told(value) for value in values if value.told is not None]
+    return "; ".join([*(names or ["no name"]), *told])
+
+
+def _others(effect: Any) -> str:
+    others = ", ".join(f"{o['id']} {o['probability']:.2f}" for o in effect["could_also_be"])
+    return f" (or {others})" if others else ""
+
+
+def _told(value: Value) -> str:
+    inside = f" [{value.interval[0]:.4g}, {value.interval[1]:.4g}]" if value.interval else ""
+    return f"{value.name} {value.told:.4g}{inside}"
