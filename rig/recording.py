@@ -177,7 +177,8 @@ def _free(path: str | Path, overwrite: bool) -> Path:
     """Return ``path`` where a recording may be put; raise FileError when one is there."""
     path = Path(path)
     if path.exists() and not overwrite:
-        raise FileError("there is a file of this name already", where=str(path), do="choose another name or remove it")
+        raise FileError("there is a file of this name already", where=str(path),
+                        do="choose another name, or replace it with --overwrite")
     if being_written(path):
         raise FileError("another program is recording into this file", where=str(path), do="choose another name")
     return path

@@ -50,6 +50,10 @@ class RigFile:
     limits: Limits | None = None
     amplifier: Amplifier | None = None
 
+    def is_as(self, other: "RigFile") -> bool:
+        """Return whether another file describes the same plain model; only a simulation knows what it conceals."""
+        return (self.model, self.amplifier) == (other.model, other.amplifier)
+
     def simulated(self) -> Model:
         """Return what a simulated device plays; raise FileError for what is only a start, or no value, for a fit."""
         if self.model.unknown:

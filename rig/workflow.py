@@ -230,16 +230,16 @@ def _distinct(paths: Sequence[str | Path]) -> list[Path]:
 
 
 def _rig(recordings: Sequence[Placed]) -> RigFile:
-    """Return the rig that the recordings themselves carry; raise FileError."""
+    """Return the rig that the recordings themselves carry, however its file is worded; raise FileError."""
     carried = {recording.rig_text: path for path, recording in recordings if recording.rig_text.strip()}
     if not carried:
         raise FileError("no rig is known for these recordings", where=", ".join(path for path, _ in recordings),
                         do="name the plain model with --rig RIG.yaml")
-    if len(carried) > 1:
+    rigs = [parse_rig(text, f"{path} (the rig in it)") for text, path in carried.items()]
+    if not all(rig.is_as(rigs[0]) for rig in rigs):
         raise FileError("the recordings carry different rigs", where=", ".join(carried.values()),
                         do="name the one that is meant with --rig RIG.yaml")
-    text, path = next(iter(carried.items()))
-    return parse_rig(text, f"{path} (the rig in it)")
+    return rigs[0]
 
 
 def _named_apart(traces: Sequence[Trace]) -> list[Trace]:

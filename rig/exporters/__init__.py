@@ -23,7 +23,8 @@ def export(run: str | Path, kind: str, path: Path, overwrite: bool = False) -> R
     """
     recording = read(run)
     if path.exists() and (not overwrite or path.samefile(run)):
-        raise FileError("there is a file of this name already", where=str(path), do="choose another name or remove it")
+        or_replace = "" if path.samefile(run) else ", or replace it with --overwrite"
+        raise FileError("there is a file of this name already", where=str(path), do=f"choose another name{or_replace}")
     part = path.with_name(f"{path.name}.part")
     try:
         KINDS[kind](part, recording)

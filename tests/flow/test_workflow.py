@@ -55,6 +55,14 @@ def test_recordings_without_one_rig_are_refused(tmp_path: Path) -> None:
         workflow.load([kept(tmp_path / "c.h5", "")])
 
 
+def test_a_rig_file_worded_otherwise_or_concealing_something_else_is_the_same_rig(tmp_path: Path) -> None:
+    a = kept(tmp_path / "a.h5", f"# as built\n{RIG}")
+    b = kept(tmp_path / "b.h5", f"{RIG}concealed: {{gain_drift: {{rate: 0.1 1/s}}}}\n")
+    assert len(workflow.load([a, b]).traces) == 2
+    with pytest.raises(FileError, match="different rigs"):
+        workflow.load([a, kept(tmp_path / "c.h5", f"{RIG}amplifier: {{gain: 10, range: 10 V}}\n")])
+
+
 def test_a_broken_rig_in_a_recording_is_named_with_its_file(tmp_path: Path) -> None:
     with pytest.raises(FileError, match=r"a\.h5 \(the rig in it\):1.*unknown key 'spec_'"):
         workflow.load([kept(tmp_path / "a.h5", RIG.replace("spec", "spec_"))])
