@@ -22,10 +22,12 @@ from rig.typed import (
     command,
     commands,
     deliver,
+    deliver_page,
     device_option,
     json_option,
     optional_quantity,
     overwrite_option,
+    pdf_option,
     played_rig_option,
     quantity_above_0,
     quiet_option,
@@ -139,7 +141,8 @@ def design(
 
 
 @command(
-    "identify", "rig identify run.h5 --report run.html", "rig identify a.h5 b.h5 --rig my_rig.yaml --json answer.json",
+    "identify", "rig identify run.h5 --report run.html --pdf run.pdf",
+    "rig identify a.h5 b.h5 --rig my_rig.yaml --json answer.json",
     "rig identify run.h5 --borders curved --report run.html",
 )
 @runs_argument
@@ -149,10 +152,11 @@ def design(
 @calibration_option
 @json_option
 @report_option
+@pdf_option
 @quiet_option
 def identify(
     runs: Sequence[str], rig: str | None, borders: Any, knots: int | None, calibration: str | None,
-    json_to: str | None, report: str | None, quiet: bool,
+    json_to: str | None, report: str | None, pdf: str | None, quiet: bool,
 ) -> None:  # fmt: skip
     """Tell which rig made the recordings.
 
@@ -163,13 +167,14 @@ def identify(
 
     if knots is not None and borders != "curved":
         raise UsageError("--knots is of curved borders", value=str(knots), do="add --borders curved")
-    check_destinations(json_to, report)
+    check_destinations(json_to, report, pdf)
     asked = workflow.asked("identify", runs, rig, (), calibration, borders, knots)
     loaded = workflow.load_asked(asked)
     with terminal.bar("identifying", quiet) as progress:
         found = workflow.identify_runs(loaded, progress, borders, knots)
-    deliver(found, json_to, report, lambda: workflow.identification_page(found, loaded),
-            [*narration.incomplete(loaded), *narration.identified(found)], {**loaded.beside(), **asked.told()})
+    deliver(found, json_to, [*narration.incomplete(loaded), *narration.identified(found)],
+            {**loaded.beside(), **asked.told()})  # fmt: skip
+    deliver_page(lambda: workflow.identification_page(found, loaded), report, pdf)
 
 
 @command("explain", "rig explain run.h5 --report run.html", "rig explain a.h5 b.h5 --hold-out c.h5 --json answer.json",
@@ -182,10 +187,11 @@ def identify(
 @calibration_option
 @json_option
 @report_option
+@pdf_option
 @quiet_option
 def explain(
     runs: Sequence[str], rig: str | None, hold_out: Sequence[str], follow_up: str | None, separate: str | None,
-    calibration: str | None, json_to: str | None, report: str | None, quiet: bool,
+    calibration: str | None, json_to: str | None, report: str | None, pdf: str | None, quiet: bool,
 ) -> None:  # fmt: skip
     """Tell what physics the model lacks.
 
@@ -194,17 +200,18 @@ def explain(
     """
     from rig import followup, narration, terminal, workflow
 
-    check_destinations(json_to, report)
-    asked = followup.Asked(tuple(runs), rig, tuple(hold_out), followup.folder(separate, json_to, report, follow_up),
+    check_destinations(json_to, report, pdf)
+    paged = report or pdf
+    asked = followup.Asked(tuple(runs), rig, tuple(hold_out), followup.folder(separate, json_to, paged, follow_up),
                            follow_up, calibration)
     # what a device was asked meanwhile cannot be asked of the recordings again
     made_from = {} if follow_up else workflow.asked("explain", runs, rig, hold_out, calibration).told()
     with terminal.bar("explaining", quiet) as progress:
-        done = followup.explain(asked, workflow.part(progress, 0.0, 0.8 if report else 1.0))
-        found = workflow.identify_improved(done.runs, done.told, workflow.part(progress, 0.8, 1.0)) if report else None
-    deliver(done.told, json_to, report, lambda: workflow.explanation_page(done.told, found, done.runs),
-             [*narration.incomplete(done.runs), *narration.explained(done.told), *followup.words(done)],
-            {**done.runs.beside(), **done.to_dict(), **made_from})
+        done = followup.explain(asked, workflow.part(progress, 0.0, 0.8 if paged else 1.0))
+        found = workflow.identify_improved(done.runs, done.told, workflow.part(progress, 0.8, 1.0)) if paged else None
+    deliver(done.told, json_to, [*narration.incomplete(done.runs), *narration.explained(done.told),
+                                 *followup.words(done)], {**done.runs.beside(), **done.to_dict(), **made_from})
+    deliver_page(lambda: workflow.explanation_page(done.told, found, done.runs), report, pdf)
 
 
 @command("simulate", "rig simulate run.h5 --rig answer.json --out answer.csv", "rig simulate run.h5 --rig my_rig.yaml")

@@ -9,7 +9,9 @@ from rig.typed import (
     calibration_option,
     check_destinations,
     command,
+    deliver_page,
     json_option,
+    pdf_option,
     quiet_option,
     report_option,
     rig_option,
@@ -52,10 +54,11 @@ def list_recordings(folder: str, json_to: str | None, quiet: bool) -> None:
 @click.option("--values-only", is_flag=True, help="Look for no new physics: seconds instead of a minute.")
 @json_option
 @report_option
+@pdf_option
 @quiet_option
 def compare(
     before: str, after: str, rig: str | None, calibration: str | None, values_only: bool, json_to: str | None,
-    report: str | None, quiet: bool,
+    report: str | None, pdf: str | None, quiet: bool,
 ) -> None:  # fmt: skip
     """Tell what changed from one RUN to the other.
 
@@ -66,7 +69,7 @@ def compare(
     from rig.compared_words import compared
     from rig.outputs import write_text
 
-    check_destinations(json_to, report)
+    check_destinations(json_to, report, pdf)
     with terminal.bar("comparing", quiet) as progress:
         done = comparing.compare_runs(before, after, rig, calibration, progress, not values_only)
     if json_to and json_to != "-":
@@ -75,5 +78,4 @@ def compare(
         click.echo(done.to_json(), nl=False)
     else:
         say(compared(done))
-    if report:
-        write_text(report, comparing.comparison_page(done).html())
+    deliver_page(lambda: comparing.comparison_page(done), report, pdf)

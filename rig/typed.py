@@ -28,6 +28,7 @@ calibration_option = click.option(
 )
 json_option = click.option("--json", "json_to", metavar="F", help="Write the answer as JSON; - for stdout.")
 report_option = click.option("--report", metavar="F.html", help="Write one page with pictures.")
+pdf_option = click.option("--pdf", metavar="F.pdf", help="Write the same page for paper.")
 overwrite_option = click.option("--overwrite", is_flag=True, help="Replace a file that is there already.")
 runs_argument = click.argument("runs", nargs=-1, required=True, metavar="RUN...")
 quiet_option = click.option("--quiet", is_flag=True, help="Show no progress.")
@@ -117,8 +118,8 @@ def rows_of(rows: str | None) -> tuple[int, int | None]:
 
 
 def deliver(
-    answer: "Identification | Explanation", json_to: str | None, report: str | None, page: "Callable[[], Page]",
-    words: "Iterable[str | Table]", beside: Mapping[str, object] = MappingProxyType({}),
+    answer: "Identification | Explanation", json_to: str | None, words: "Iterable[str | Table]",
+    beside: Mapping[str, object] = MappingProxyType({}),
 ) -> None:  # fmt: skip
     """Write what was asked for; tell the words unless stdout is for the JSON."""
     from rig.outputs import write_text
@@ -130,5 +131,16 @@ def deliver(
         click.echo(answer_json(answer, beside), nl=False)
     else:
         say(words)
+
+
+def deliver_page(page: "Callable[[], Page]", report: str | None, pdf: str | None) -> None:
+    """Write an answer's page for the screen and for paper, where they were asked for."""
+    from rig.outputs import write_bytes, write_text
+
+    if not (report or pdf):
+        return
+    made = page()
     if report:
-        write_text(report, page().html())
+        write_text(report, made.html())
+    if pdf:
+        write_bytes(pdf, made.pdf())

@@ -36,9 +36,21 @@ class Page:
 
     def html(self) -> str:
         """Return the page as HTML with its pictures inside."""
-        return self._rendered(embedded)
+        return self.html_with(embedded)
 
-    def _rendered(self, embed: Callable[[Panel], str]) -> str:
+    def pdf(self) -> bytes:
+        """Return the page as a PDF, A4 upright: the same words and pictures in the same order."""
+        from identify.page.paper import printed
+
+        panels: list[Panel] = []
+
+        def numbered(panel: Panel) -> str:
+            panels.append(panel)
+            return str(len(panels) - 1)
+
+        return printed(self.html_with(numbered), panels, self.content["title"])
+
+    def html_with(self, embed: Callable[[Panel], str]) -> str:
         """Return the page's HTML, every panel under the address that ``embed`` gives it."""
         template = _templates().get_template(self.template)
         beside = {"model_text": self.imprint.model_text, "versions": self.imprint.versions,

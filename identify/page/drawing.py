@@ -28,13 +28,14 @@ PANEL_IN = (4.4, 2.8)
 DPI = 150  # of panels with so many lines that they are kept as pixels
 LONGEST = 44  # characters of a name that a panel has room for
 MISSING_GLYPH = "Glyph .* missing from font"  # a name in a script that the font of the picture lacks
+SIZES = {"font.size": 9.0, "axes.titlesize": 9.0, "legend.fontsize": 8.5, "legend.title_fontsize": 9.0,
+         "lines.linewidth": 1.3, "xtick.major.size": 3.5, "ytick.major.size": 3.5}  # fmt: skip
 STYLE: Any = {
     "svg.fonttype": "none", "svg.hashsalt": "rig", "pdf.fonttype": 42, "text.parse_math": False,
-    "font.family": "sans-serif", "font.size": 9.0, "axes.titlesize": 9.0, "axes.titlelocation": "left",
+    "font.family": "sans-serif", "axes.titlelocation": "left",
     "axes.edgecolor": EDGE, "axes.labelcolor": INK, "text.color": INK, "xtick.color": INK, "ytick.color": INK,
     "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.color": "#e6eaee",
-    "axes.axisbelow": True, "legend.frameon": False, "legend.fontsize": 8.5, "lines.linewidth": 1.3,
-    "path.simplify": True,
+    "axes.axisbelow": True, "legend.frameon": False, "path.simplify": True,
 }  # fmt: skip
 
 
@@ -73,11 +74,12 @@ class Picture:
 
 
 @contextmanager
-def page_style() -> Iterator[None]:
-    """Draw everything inside in the style of the page."""
+def page_style(scale: float = 1.0) -> Iterator[None]:
+    """Draw everything inside in the style of the page, letters and lines so many times as large."""
     import matplotlib as mpl
 
-    with mpl.rc_context(STYLE), warnings.catch_warnings():
+    sizes: Any = {name: scale * size for name, size in SIZES.items()}
+    with mpl.rc_context({**STYLE, **sizes}), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message=MISSING_GLYPH)
         yield
 
@@ -118,7 +120,7 @@ def legend_above(axes: "Axes", title: str = "", columns: int = 2) -> None:
     """Put the legend over the axes, where it hides nothing, the name of what is drawn in front of it."""
     axes.legend(
         loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, title=short(title) or None, alignment="left",
-        title_fontsize=9.0, borderaxespad=0.0, handlelength=1.7, handletextpad=0.5, columnspacing=1.0,
+        borderaxespad=0.0, handlelength=1.7, handletextpad=0.5, columnspacing=1.0,
     )  # fmt: skip
 
 

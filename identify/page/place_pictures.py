@@ -40,7 +40,7 @@ def _draw_stages(survey: Sequence[StageShare], here: set[str], ax: "Axes") -> No
     for i, row in enumerate(rows):
         face = BEFORE.colour if row.stage in here else "white"
         ax.barh(i, 100.0 * row.share, color=face, edgecolor=BEFORE.colour if row.stage in here else EDGE, height=0.42)
-        ax.text(0.0, i + 0.3, f"{100.0 * row.share:.3g} %: {row.kind}, {row.axis}", va="bottom", fontsize=8.5)
+        ax.text(0.0, i + 0.3, f"{100.0 * row.share:.3g} %: {row.kind}, {row.axis}", va="bottom")
     ax.set_yticks(range(len(rows)), [row.stage for row in rows])
     ax.set(xlim=(0.0, 103.0), ylim=(-0.4, len(rows) - 0.2), xlabel="share of the mismatch, in %",
            xticks=range(0, 101, 25))  # fmt: skip

@@ -1,9 +1,11 @@
 """What does a bench operator read: one page that opens with the verdict, and shows at first glance what it means?"""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from identify.effects import catalogue, choices, units_of
+from identify.explain.confirm import adapted
 from identify.explain.explanation import Explanation, Finding, Range, Verdict
 from identify.identifiability.directions import undetermined
 from identify.identification import FrequencyPoint, Identification
@@ -20,6 +22,7 @@ from identify.page.drawing import AFTER, BEFORE, Picture
 from identify.page.next_steps import next_steps
 from identify.unnamed.stored import AT, is_unnamed
 
+DECIDED = 0.95  # probability of a finding from which its rivals need not stand beside the verdict
 FITTED = 1.1  # residual over noise up to which a fit leaves nothing beyond the noise
 MOODS: dict[Verdict, str] = {
     "consistent": "good", "explained": "good", "partly_explained": "warn", "unexplained": "bad",
@@ -62,6 +65,7 @@ def explanation_page(
         "title": f"{told.model.title}: {_spaced(told.verdict)}",
         "kicker": _spaced(told.verdict), "mood": MOODS[told.verdict],
         "headline": told.sentence, "subline": _mismatch(told),
+        "undecided": [_undecided(finding) for finding in told.effects if finding.probability < DECIDED],
         "stages": STAGES, "location": _location(told), "effects": [_effect(finding) for finding in told.effects],
         "proof": _proof(told), "held_out_how": told.held_out.how, "noise_from": told.noise.origin,
         "remaining": told.remaining.sentence, "over_noise": f"{told.remaining.over_noise:.3g}",
@@ -97,9 +101,10 @@ def _identification_pictures(found: Identification, answer: Sequence[Answer]) ->
 
 def _explanation_pictures(told: Explanation, found: Identification | None) -> dict[str, list[Picture]]:
     """Return the pictures of each part of the page; ``shapes`` holds one a finding that has one, in their order."""
-    train, test, every = (_answers(told, joined(runs)) for runs in (told.train, told.test, (*told.train, *told.test)))
+    every = _answers(told)
+    train, test = (_on(every, runs) for runs in (told.train, told.test))
     return {
-        "glance": at_first_glance(told),
+        "glance": _present(signal_pictures.glance(test, "held out") if told.test else signal_pictures.glance(train)),
         "where": _present(place_pictures.stages(told), place_pictures.mismatch(told.profiles, told.noise.rms_v)),
         "shapes": _present(*(place_pictures.shape(finding) for finding in told.effects)),
         "proof": _present(signal_pictures.residuals(test, "On data kept back")),
@@ -113,8 +118,8 @@ def _explanation_pictures(told: Explanation, found: Identification | None) -> di
 
 def at_first_glance(told: Explanation) -> list[Picture]:
     """Return the picture of where recording and plain model differ most, on what was held out where there is any."""
-    kind, runs = ("held out", told.test) if told.test else ("", told.train)
-    return _present(signal_pictures.glance(_answers(told, joined(runs)), kind))
+    answers = _on(_answers(told), told.test or told.train)
+    return _present(signal_pictures.glance(answers, "held out" if told.test else ""))
 
 
 def rig_at_first_glance(found: Identification) -> list[Picture]:
@@ -124,13 +129,24 @@ def rig_at_first_glance(found: Identification) -> list[Picture]:
     return _present(shape, rig_pictures.frequency_response(found))
 
 
-def _answers(told: Explanation, observations: Sequence[Observation]) -> list[Answer]:
-    """Return the plain model's answer to runs, and the improved one's where there is one."""
-    runs = beginnings(observations)
+def _answers(told: Explanation) -> list[Answer]:
+    """Return the plain model's answer to all runs, and the improved one's where there is one.
+
+    What is a run's own, such as the phase of the mains, is fitted to runs that were held out, as in the proof.
+    """
+    runs = beginnings(joined((*told.train, *told.test)))
+    plain = adapted(told.plain.chain, runs)
     if told.verdict == "consistent":
-        return [Answer("model", AFTER, told.plain.chain, runs)]
-    plain = Answer("plain model", BEFORE, told.plain.chain, runs)
-    return [plain, Answer("improved model", AFTER, told.improved.chain, runs)] if told.effects else [plain]
+        return [Answer("model", AFTER, plain, runs)]
+    answer = Answer("plain model", BEFORE, plain, runs)
+    improved = Answer("improved model", AFTER, adapted(told.improved.chain, runs), runs)
+    return [answer, improved] if told.effects else [answer]
+
+
+def _on(answers: Sequence[Answer], observations: Sequence[Observation]) -> list[Answer]:
+    """Return answers to some of the runs."""
+    runs = beginnings(joined(observations))
+    return [replace(answer, observations=runs) for answer in answers]
 
 
 def _present(*drawn: Picture | None) -> list[Picture]:
@@ -219,7 +235,7 @@ def _location(told: Explanation) -> dict[str, Any] | None:
         return None
     found = told.location
     return {
-        "stage": found.stage, "sentence": found.sentence, "alternatives": found.alternatives,
+        "stage": found.stage, "sentence": _begun(found.sentence), "alternatives": found.alternatives,
         "where": [_range(part) for part in found.where],
     }  # fmt: skip
 
@@ -231,7 +247,7 @@ def _range(part: Range) -> tuple[str, str, str, str]:
 def _effect(finding: Finding) -> dict[str, Any]:
     others = [(_spaced(o.id), o.stage, o.probability) for o in finding.could_also_be]
     return {
-        "name": _name(finding.id), "sentence": finding.sentence, "parameters": finding_lines(finding),
+        "name": _name(finding.id), "sentence": _begun(finding.sentence), "parameters": finding_lines(finding),
         "equation": finding.equation, "stage": finding.stage, "form": f", form {finding.form}" if finding.form else "",
         "probability": percent(finding.probability), "would_separate": finding.would_separate,
         "others": len(others),
@@ -241,6 +257,18 @@ def _effect(finding: Finding) -> dict[str, Any]:
         ],
         "drawn": finding.shape is not None, "unnamed": is_unnamed(finding.id),
     }  # fmt: skip
+
+
+def _begun(sentence: str) -> str:
+    """Return a sentence with a capital letter, as it stands alone."""
+    return sentence[:1].upper() + sentence[1:]
+
+
+def _undecided(finding: Finding) -> str:
+    """Return which physics these recordings leave open, with the odds."""
+    named = [(finding.id, finding.stage, finding.probability), *((o.id, o.stage, o.probability)
+                                                                 for o in finding.could_also_be)]  # fmt: skip
+    return " or ".join(f"{_spaced(id_)} at {stage} ({percent(p)})" for id_, stage, p in named)
 
 
 def _spaced(id_: str) -> str:

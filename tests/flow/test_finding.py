@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pypdfium2
 import pytest
 
 from identify.trace import Step
@@ -52,6 +53,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+def words(pdf: Path) -> str:
+    """Return what can be read on paper."""
+    return " ".join(sheet.get_textpage().get_text_bounded() for sheet in pypdfium2.PdfDocument(pdf))
+
+
 def compared(folder: Path, before: str, after: str, *options: str) -> Ended:
     return rig("compare", before, after, "--values-only", *options, cwd=folder)
 
@@ -67,7 +73,8 @@ def test_one_rig_on_two_days_shows_no_change(folder: Path) -> None:
 
 
 def test_a_border_that_moved_is_named_with_its_interval_and_its_page(folder: Path) -> None:
-    ended = compared(folder, "two.h5", "three.h5", "--json", "moved.json", "--report", "moved.html")
+    ended = compared(folder, "two.h5", "three.h5", "--json", "moved.json", "--report", "moved.html",
+                     "--pdf", "moved.pdf")
     assert ended.code == 0, ended
     answer = json.loads((folder / "moved.json").read_text())
     assert answer["verdict"] == "changed"
@@ -83,6 +90,7 @@ def test_a_border_that_moved_is_named_with_its_interval_and_its_page(folder: Pat
     assert answer["sentence"] in page
     assert "Was it the rig?" in page
     assert 'src="http' not in page
+    assert "Was it the rig?" in words(folder / "moved.pdf")
 
 
 def test_a_recording_is_not_compared_with_itself(folder: Path) -> None:

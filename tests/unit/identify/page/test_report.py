@@ -13,6 +13,7 @@ import pytest
 
 import identify
 from identify.chain import Chain, plain_chain, simulate
+from identify.effects.hum import Hum
 from identify.effects.saturation import Saturation
 from identify.explain.explanation import (
     Alternative,
@@ -37,7 +38,7 @@ from identify.observe import Observation, rms
 from identify.page import answers
 from identify.page.answers import joined
 from identify.page.document import Imprint
-from identify.page.report import explanation_page, identification_page
+from identify.page.report import at_first_glance, explanation_page, identification_page
 from identify.page.rig_pictures import border
 from identify.page.thinned import envelope, longest_stretch, outline
 from identify.stage import Place
@@ -280,6 +281,29 @@ def test_the_page_refers_to_nothing_outside(explained: str) -> None:
 def test_the_residual_picture_shows_both_models(explained: str) -> None:
     pictures = ["".join(drawing.itertext()) for drawing in drawings(Page(explained))]
     assert any("plain, " in text and "improved, 10 mV rms" in text for text in pictures)
+
+
+def test_what_is_undecided_stands_beside_the_verdict(explained: str) -> None:
+    assert "Not decided" not in explained
+    (finding,) = explanation().effects
+    even = replace(finding, probability=0.5, could_also_be=(Alternative("adc_clipping", "sense", 0.5),))
+    text = explanation_page(explanation(effects=(even,))).html_with(lambda panel: "")
+    header = text[text.index("<header") : text.index("</header>")]
+    assert "saturation at F (50 %) or adc clipping at sense (50 %)" in header
+    assert "Where it differs: F or sense" in Page(text).text("h2")
+
+
+def test_a_run_held_out_is_drawn_with_the_phase_the_proof_gave_it() -> None:
+    """A phase of the mains is a run's own: one that no fit has seen is fitted before the run is drawn."""
+    hum = {"frequency": 50.0, "amplitude": 0.2, "third": 0.0, "fifth": 0.0, "third_phase": 0.0, "fifth_phase": 0.0}
+    bench = Hum(Place.SENSE, "").put_in(railed(), {**hum, "phase": 2.0})
+    model = Hum(Place.SENSE, "").put_in(railed(), {**hum, "phase": 0.0})
+    u = 10.0 * np.sin(2 * np.pi * 31.0 * np.arange(20_000) / 10_000.0)
+    unseen = Observation(trace("unseen", u, bench), np.ones(u.size, dtype=bool), 0.01, 2)
+    told = explanation(improved=fitted(model), test=(unseen,), train=observations()[:1])
+    words = [panel.alt for picture in at_first_glance(told) for panel in picture.panels]
+    (left,) = re.findall(r"([0-9.]+) mV rms for the improved model", words[1])
+    assert float(left) < 11.0
 
 
 def test_physics_without_a_name_shows_its_shape_and_what_to_do_next() -> None:
