@@ -224,14 +224,14 @@ def simulate(run_file: str, rig: str | None, out: str | None) -> None:
     The model starts from rest; its answer is held against the recorded one. The JSON of rig identify says how sure its
     values are: the answer then comes with its 95 % band, which is the model's and leaves out the noise of a reading.
     """
-    from rig import narration, workflow
+    from rig import workflow
     from rig.outputs import write_text
 
     check_destinations(out)
     played = workflow.simulate(run_file, rig)
     if out:
         write_text(out, played.to_csv())
-    say(narration.simulated(played))
+    say(played.words())
 
 
 @command("demo", "rig demo", "rig demo --out /tmp/first-light")

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from rig.recorded import Recording
     from rig.registry import Attached
     from rig.session import Checked, Recorded
-    from rig.simulated import Simulated
     from rig.workflow import Runs
 
 MOST_SHARES = 3
@@ -175,21 +174,6 @@ def incomplete(runs: "Runs") -> Iterator[str]:
 def devices(found: "tuple[Attached, ...]") -> Iterator[str]:
     """Tell what is attached, by identity."""
     yield from (f"{one.address}  {one.identity or one.problem}" for one in found)
-
-
-def simulated(played: "Simulated") -> Iterator[str]:
-    """Tell how far a model's answer lies from the recording."""
-    from identify.observe import rms
-
-    good = slice(None) if played.trace.valid is None else played.trace.valid
-    y = played.trace.y[:]
-    off, span = rms((y - played.answer)[good]), rms((y - y.mean())[good])
-    yield f"{played.trace.name}: {played.model.title} from rest, {played.trace.size} samples"
-    yield f"  recording minus model {shown(off, 'V')} rms; y varies by {shown(span, 'V')} rms"
-    if played.half_band is not None:
-        half, most = rms(played.half_band), float(played.half_band.max())
-        widths = f"{shown(half, 'V', 3)} rms, {shown(most, 'V', 3)} at most"
-        yield f"  95 % band of the model, the noise of a reading left out: ± {widths}"
 
 
 def identified(found: "Identification") -> Iterator[str]:

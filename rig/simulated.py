@@ -1,6 +1,7 @@
 """What is known of a model's answer to a recorded input: how far off it is, its picture, its table?"""
 
 import io
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -8,7 +9,7 @@ import numpy as np
 
 from identify.natural_units import shown
 from identify.notebook.glance import Glance, Seen
-from identify.trace import Array, Trace
+from identify.trace import Array, Mask, Trace
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,10 +35,26 @@ class Simulated(Seen):
         off = ("recording minus model", self._off())
         return Glance("Simulation", f"{self.model.title} on {self.trace.name}", (off,))
 
+    def words(self) -> Iterator[str]:
+        """Tell how far a model's answer lies from the recording, as a terminal shows it."""
+        from identify.observe import rms
+
+        y = self.trace.y[:]
+        span = rms((y - y.mean())[self._good()])
+        yield f"{self.trace.name}: {self.model.title} from rest, {self.trace.size} samples"
+        yield f"  recording minus model {self._off()}; y varies by {shown(span, 'V')} rms"
+        if self.half_band is not None:
+            half, most = rms(self.half_band), float(self.half_band.max())
+            widths = f"{shown(half, 'V', 3)} rms, {shown(most, 'V', 3)} at most"
+            yield f"  95 % band of the model, the noise of a reading left out: ± {widths}"
+
+    def _good(self) -> "slice | Mask":
+        return slice(None) if self.trace.valid is None else self.trace.valid
+
     def _off(self) -> str:
-        good = slice(None) if self.trace.valid is None else self.trace.valid
-        off = (self.trace.y[:] - self.answer)[good]
-        return f"{shown(float(np.sqrt(np.mean(np.square(off)))), 'V')} rms"
+        from identify.observe import rms
+
+        return f"{shown(rms((self.trace.y[:] - self.answer)[self._good()]), 'V')} rms"
 
     def plot(self) -> "list[Axes]":
         """Draw u, and the recorded y with the answer on top of it, on axes of pyplot; return the axes."""

@@ -27,7 +27,7 @@ SEES_BOTH = {  # who may import more of identify than its plain data, and what
         "identify.uncertainty.coefficients",
     },
     "rig.recorded": {"identify.notebook.plots"},
-    "rig.simulated": {"identify.notebook.plots"},
+    "rig.simulated": {"identify.notebook.plots", "identify.observe"},
     "rig.design": {
         "identify.planning.candidates", "identify.planning.design", "identify.planning.fig13",
         "identify.planning.sampling",
@@ -46,7 +46,7 @@ SEES_BOTH = {  # who may import more of identify than its plain data, and what
     "rig.linearblock": {"identify.discretise"},
     "rig.preview": {"identify.page.drawing"},
     "rig.calibrating": {"identify.calibration"},
-    "rig.narration": {"identify.observe", "identify.of_device", "identify.page.report"},
+    "rig.narration": {"identify.of_device", "identify.page.report"},
     "drivers.emulators.bench": {"identify.simulate"},
 }  # fmt: skip
 IMPURE = {"serial", "socket", "pathlib", "time", "datetime", "os", "sys", "click", "rich", "h5py", "yaml", "subprocess"}
