@@ -22,7 +22,7 @@ class Change:
     ``edits`` are lines and what replaces them, ``added`` further lines. ``effect`` and ``stage`` name the physics, ""
     where values of the plain model change and no physics is missing, ``unnamed`` where no catalogue has it.
     ``expected`` are its values, or those of the plain model by their path in ``model``, and ``because`` says how they
-    follow.
+    follow; ``also`` is further physics the same part brings along.
     """
 
     name: str
@@ -33,6 +33,7 @@ class Change:
     expected: Mapping[str, float] = field(default_factory=dict)
     edits: tuple[tuple[str, str], ...] = ()
     added: tuple[str, ...] = ()
+    also: tuple[str, ...] = ()
 
     def applied(self, netlist: str) -> str:
         """Return the netlist with the change in it; raise ValueError where a line to be edited is not there once."""
@@ -86,8 +87,8 @@ CHANGES = (
     ),
     Change(
         "micropower gain stage", "X8: TL081 -> LT1494", "slew_limit", "F",
-        "1 V/ms by its data sheet; its pole at 2.7 kHz / 9 is one of the two G2 may have", {"rate": 1000.0},
-        (("X8 0 k vpp vnn o TL081N", "X8 0 k vpp vnn o LT1494"),),
+        "1 V/ms by its data sheet, and a pole at 2.7 kHz / 9", {"rate": 1000.0},
+        (("X8 0 k vpp vnn o TL081N", "X8 0 k vpp vnn o LT1494"),), also=("extra_pole",),
     ),
     Change(
         "diodes across the gain stage", "four red LEDs in series, both ways, across R15", "diode_clamp", "F",

@@ -51,7 +51,8 @@ def judged(change: Change, answer: Answer) -> Verdict:
     values = tuple(_values(change, answer))
     held = answer["fit"]["held_out"]
     before, after = held["before"] / held["noise"], held["after"] / held["noise"]
-    wrong = [e["id"] for e in answer["effects"] if e["probability"] > SURE and e["id"] not in (change.effect, NO_NAME)]
+    known = (change.effect, *change.also, NO_NAME)
+    wrong = [e["id"] for e in answer["effects"] if e["probability"] > SURE and e["id"] not in known]
     flaws = list(_flaws(change, answer, values, before, after))
     outcome: Outcome = "wrong" if wrong else "missed" if flaws else "found"
     return Verdict(outcome, "; ".join([*(f"called {name}" for name in wrong), *flaws]), values, before, after)
