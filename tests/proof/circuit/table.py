@@ -40,8 +40,8 @@ def row(change: Change, answer: Answer, verdict: Verdict) -> str:
 
 def _said(answer: Answer, values: Sequence[Value]) -> str:
     """Return names with their odds, and the values asked about."""
-    names = [f"`{e['id']}` at {e['stage']} {e['probability']:.2f}{_others(e)}" for e in answer["effects"]]
-    told = [_told(value) for value in values if value.told is not None]
+    names = [f"`{e['id']}` at {e['stage']} {e['probability']:.2f}{_others(e)}: {_all(e)}" for e in answer["effects"]]
+    told = [_shown(value.name, value.told) for value in values if value.told is not None and value.interval is None]
     return "; ".join([*(names or ["no name"]), *told])
 
 
@@ -50,6 +50,15 @@ def _others(effect: Any) -> str:
     return f" (or {others})" if others else ""
 
 
-def _told(value: Value) -> str:
-    inside = f" [{value.interval[0]:.4g}, {value.interval[1]:.4g}]" if value.interval else ""
-    return f"{value.name} {value.told:.4g}{inside}"
+def _all(effect: Any) -> str:
+    """Return every value of an effect with its interval."""
+    told = effect["parameters"].items()
+    return ", ".join(f"{_shown(name, p['value'])} [{', '.join(map(_end, p['ci95']))}]" for name, p in told)
+
+
+def _end(value: float | None) -> str:
+    return "?" if value is None else f"{value:.4g}"
+
+
+def _shown(name: str, value: float) -> str:
+    return f"{name} {value:.4g}"
