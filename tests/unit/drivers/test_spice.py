@@ -11,19 +11,14 @@ import pytest
 
 from drivers import ngspice
 from drivers.spice import SpiceDevice
-from identify.simulate import Player
 from rig.device import Array, Device
 from rig.errors import DeviceError, FileError, UsageError
-from rig.plan import Limits
-from rig.rigfile import parse_rig
+from tests.benchmarks.plain_circuit import LIMITS, RATE_HZ, compared, nrmse, sine, staircase
 from tests.rigs import QUIET
 from tests.wire.waiting import eventually
 
-LIMITS = Limits(-10.0, 10.0, None)
-RATE_HZ = 10_000.0
 AGREED = 5e-3
 """NRMSE between the circuit and the ideal chain."""
-FIG13_V = np.concatenate([np.arange(-3.0, 3.1, 0.5), np.arange(2.5, -3.6, -0.5)])
 needs_ngspice = pytest.mark.skipif(bool(ngspice.missing()), reason=ngspice.missing())
 
 
@@ -34,16 +29,6 @@ def record(device: Device, u: Array, inputs: int = 1) -> Array:
     return np.hstack(read)
 
 
-def chain(u: Array) -> Array:
-    """Return y, v and w of the paper's chain."""
-    player = Player(parse_rig(QUIET, "quiet").simulated(), RATE_HZ, seed=0, substeps=8, probes=("G1", "F"))
-    return np.array(player.probed(u))
-
-
-def nrmse(one: Array, other: Array) -> float:
-    return float(np.sqrt(np.mean((one - other) ** 2)) / np.std(other))
-
-
 def alive(pid: int) -> bool:
     """Return whether a process runs; one that has ended and was not waited for does not."""
     with suppress(OSError):
@@ -51,20 +36,21 @@ def alive(pid: int) -> bool:
     return False
 
 
-def sine(seconds: float, volt: float = 9.0) -> Array:
-    return volt * np.sin(2.0 * np.pi * 50.0 * np.arange(round(seconds * RATE_HZ)) / RATE_HZ)
+@needs_ngspice
+@pytest.mark.parametrize("u", [sine(0.2), staircase(200)], ids=["50 Hz sine", "staircase"])
+def test_the_circuit_agrees_with_the_chain_within_its_rails(u: Array) -> None:
+    signals, _ = compared(u)
+    assert np.abs(signals["w"][1]).max() < 10.0
+    assert {signal: nrmse(*pair) < AGREED for signal, pair in signals.items()} == dict.fromkeys("yvw", True)
 
 
 @needs_ngspice
-@pytest.mark.parametrize("u", [sine(0.2), np.repeat(0.7 * FIG13_V, 200)], ids=["50 Hz sine", "staircase"])
-def test_the_circuit_agrees_with_the_chain_within_its_rails(u: Array) -> None:
+def test_u_is_read_back_just_before_it_acts() -> None:
     with SpiceDevice.connect("?noise=0V") as device:
-        u = device.quantise(u)
-        y, read_back, v, w = record(device, u, inputs=4)
-    ideal_y, ideal_v, ideal_w = chain(u)
-    assert np.abs(ideal_w).max() < 10.0
-    assert max(nrmse(y, ideal_y), nrmse(v, ideal_v), nrmse(w, ideal_w)) < AGREED
-    assert np.array_equal(np.round(read_back[1:], 3), np.round(u[:-1], 3)), "u is read back just before it acts"
+        u = device.quantise(sine(0.02))
+        read_back = record(device, u, inputs=2)[1]
+    assert read_back[0] == 0.0
+    assert np.abs(read_back[1:] - u[:-1]).max() < device.capabilities().input_lsb_v
 
 
 @needs_ngspice
@@ -79,10 +65,8 @@ def test_the_gain_stage_ends_at_its_rails_and_another_supply_moves_them() -> Non
 @needs_ngspice
 def test_a_rig_of_ideal_parts_agrees_with_the_chain(tmp_path: Path) -> None:
     (tmp_path / "quiet.yaml").write_text(QUIET)
-    u = sine(0.1)
-    with SpiceDevice.connect(str(tmp_path / "quiet.yaml")) as device:
-        u = device.quantise(u)
-        assert nrmse(record(device, u)[0], chain(u)[0]) < AGREED
+    signals, _ = compared(sine(0.1), str(tmp_path / "quiet.yaml"))
+    assert nrmse(*signals["y"]) < AGREED
 
 
 @needs_ngspice
