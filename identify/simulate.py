@@ -7,7 +7,7 @@ from identify.chain import advance, running
 from identify.effects import chain_of
 from identify.model import Model
 from identify.stage import Block, Grid, Place
-from identify.trace import Array
+from identify.trace import Array, Intersample
 
 SUBSTEPS = 32  # of a simulated rig, whose samples are not known beforehand: with 8 the demo found the steps themselves
 
@@ -21,14 +21,16 @@ class Player:
 
     def __init__(
         self, model: Model, rate_hz: float, seed: int = 0, start_s: float = 0.0, substeps: int = SUBSTEPS,
-        probes: tuple[str, ...] = (), lags: tuple[int, ...] = (),
+        probes: tuple[str, ...] = (), lags: tuple[int, ...] = (), intersample: Intersample = "held",
     ) -> None:  # fmt: skip
         """Start the rig at rest at clock time ``start_s``, behind a DAC that holds its level.
 
-        Raises ValueError for physics the catalogue has not.
+        A u that is measured, no DAC's, is known at the samples alone: it takes one substep. Raises ValueError for
+        physics the catalogue has not.
         """
         self._grid = Grid("played", 1.0 / (rate_hz * substeps), substeps, start_s)
-        chain = chain_of(model)
+        chain = chain_of(model, intersample)
+        self._intersample = intersample
         self._runs = chain.begin(self._grid) if probes else [running(chain, self._grid)]
         self._behind = [chain.index(Place.of(place)) for place in probes]
         self._lags = lags or (0,) * (1 + len(probes))
@@ -46,7 +48,7 @@ class Player:
         if u.size == 0:
             return np.empty((1 + len(self._behind), 0))
         substeps = self._grid.substeps
-        source = source_voltage(np.asarray(u, dtype=np.float64), "held", substeps, self._before)
+        source = source_voltage(np.asarray(u, dtype=np.float64), self._intersample, substeps, self._before)
         blocks = [Block(source, source, self._played * substeps, self._grid)]
         for run in self._runs:
             blocks.append(advance(run, blocks[-1]))

@@ -13,6 +13,7 @@ from rig import (
     conversion_commands,
     device_commands,
     finding_commands,
+    live_commands,
     protocol_commands,
     recording_commands,
 )
@@ -38,8 +39,8 @@ from rig.typed import (
 )
 
 __all__ = [
-    "batch_commands", "commands", "conversion_commands", "device_commands", "finding_commands", "protocol_commands",
-    "recording_commands",
+    "batch_commands", "commands", "conversion_commands", "device_commands", "finding_commands", "live_commands",
+    "protocol_commands", "recording_commands",
 ]  # fmt: skip
 
 
@@ -76,20 +77,23 @@ def check(protocol: str, device: str | None, rig: str | None, plot: str | None, 
     say(narration.foreseen(told))
 
 
-@command("run", "rig run protocols/sine_50hz.yaml --out sine.h5", "rig run my.yaml --device serial:/dev/ttyACM0")
+@command("run", "rig run protocols/sine_50hz.yaml --out sine.h5", "rig run my.yaml --device serial:/dev/ttyACM0",
+         "rig run my.yaml --live")
 @click.argument("protocol")
 @device_option
 @played_rig_option
 @click.option("--out", metavar="RUN.h5", help="The recording; else the protocol's name, here.")
+@click.option("--live", is_flag=True, help="Show a page in the browser while it is recorded, and tell its URL.")
 @click.option("--transcript", is_flag=True, help="Keep the bytes that cross the wire, first and last 512 KiB.")
 @overwrite_option
 @quiet_option
 def run(
-    protocol: str, device: str | None, rig: str | None, out: str | None, transcript: bool, overwrite: bool, quiet: bool,
+    protocol: str, device: str | None, rig: str | None, out: str | None, live: bool, transcript: bool, overwrite: bool,
+    quiet: bool,
 ) -> None:  # fmt: skip
     """Play PROTOCOL and record.
 
-    Ctrl-C ramps the output to its safe level and keeps what was recorded.
+    Ctrl-C, or the abort button of the live page, ramps the output to its safe level and keeps what was recorded.
     """
     from pathlib import Path
 
@@ -98,7 +102,7 @@ def run(
 
     out = out or f"{Path(protocol).stem}.h5"
     check_destinations(out)
-    with terminal.counted("recording", quiet) as progress, taken(transcript):
+    with live_commands.shown(out, live), terminal.counted("recording", quiet) as progress, taken(transcript):
         done = session.record(protocol, device, out, progress, overwrite, rig)
     say(narration.recorded(done))
     if transcript:

@@ -1,19 +1,15 @@
 """How is a plan played on a device so that, whatever happens, the output ends at its safe level?
 
 Safety comes before storage: on every way out the clock is stopped and the output is ramped down before anything else is
-done, and each of these steps is guarded by itself. SIGINT, SIGTERM, SIGHUP, SIGQUIT and SIGTSTP are requests to stop,
-answered between two blocks; a second one does not interrupt the ramp. There is no pause: a rig with memory does not
-wait, and its output must not stand while nobody looks. Where nothing can be answered any more, as after SIGKILL, a
-guardian acts (``rig/guardian.py``).
+done, and each of these steps is guarded by itself. SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP and the button of a live
+page are requests to stop (``rig/stopping.py``), answered between two blocks; a second one does not interrupt the ramp.
+There is no pause: a rig with memory does not wait, and its output must not stand while nobody looks. Where nothing can
+be answered any more, as after SIGKILL, a guardian acts (``rig/guardian.py``).
 """
 
 import logging
-import signal
-import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, field
-from types import FrameType
 from typing import Protocol
 
 from rig.device import Array, Block, Device, Flag
@@ -21,6 +17,7 @@ from rig.errors import DeviceError, IncompleteError, RigError, StarvedError
 from rig.guardian import post
 from rig.plan import Plan
 from rig.recorded import Event
+from rig.stopping import Asked, StopRequest, nobody, stop_requests
 
 log = logging.getLogger(__name__)
 Progress = Callable[[int, int], None]
@@ -28,7 +25,6 @@ _TOLD_ONCE = {
     Flag.CLIPPED: ("clipped", "the input reached the end of its range"),
     Flag.RESENT: ("resent", "samples lost on the link were asked for again, and arrived"),
 }
-_STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGTSTP)
 
 
 class Sink(Protocol):
@@ -82,28 +78,24 @@ class _Progress:
         self.position, self.received = block.stop, self.received + int(block.y.size)
 
 
-@dataclass
-class _StopRequest:
-    """Which signal asked the run to stop, if any."""
-
-    name: str | None = None
-
-
-def run(plan: Plan, device: Device, writer: Sink, progress: Progress = lambda done, total: None) -> Outcome:
+def run(
+    plan: Plan, device: Device, writer: Sink, progress: Progress = lambda done, total: None, asked: Asked = nobody,
+) -> Outcome:  # fmt: skip
     """Play ``plan`` on ``device``, append what comes back to ``writer``, leave the output at the plan's safe level.
 
-    ``progress`` is called with (samples received or lost so far, samples in all). Raises RefusedError, or DeviceError
-    where there is no guardian, before anything is output. Device and storage failures are told in the outcome; a
-    programming error is raised once all is safe.
+    ``progress`` is called with (samples received or lost so far, samples in all). ``asked`` is called after every
+    block: where it names somebody, the run stops as it does on a signal. Raises RefusedError, or DeviceError where
+    there is no guardian, before anything is output. Device and storage failures are told in the outcome; a programming
+    error is raised once all is safe.
     """
     guardian = post(device)
     if guardian is not None:
         guardian.ready()
-    with _stop_requests() as stop:
+    with stop_requests() as stop:
         blocks = device.stream(plan.u, plan.rate_hz, plan.limits, plan.safe_level_v, plan.ramp_s, len(plan.inputs))
         state = _Progress(plan.u.size)
         ended_by = _guarded(lambda: _approach(plan, device, state)) or _guarded(
-            lambda: _play(plan, blocks, writer, progress, state, stop))
+            lambda: _play(plan, blocks, writer, progress, state, stop, asked))
         if isinstance(ended_by, RigError):
             state.note("failed", str(ended_by))
         unsafe = _make_safe(plan, device, blocks, state)
@@ -133,7 +125,8 @@ def _approach(plan: Plan, device: Device, state: _Progress) -> None:
 
 
 def _play(
-    plan: Plan, blocks: Iterator[Block], writer: Sink, progress: Progress, state: _Progress, stop: _StopRequest,
+    plan: Plan, blocks: Iterator[Block], writer: Sink, progress: Progress, state: _Progress, stop: StopRequest,
+    asked: Asked,
 ) -> None:
     """Pass blocks on until the run is over, or a stop is requested, or samples are lost that are to be retried."""
     show = progress
@@ -144,6 +137,8 @@ def _play(
         if (trouble := _guarded(lambda: show(state.position, state.size))) is not None:  # noqa: B023
             state.note("display", f"the progress display failed and was left out: {trouble!r}")
             show = _nothing
+        if (who := asked()) is not None:  # never sets None: a signal may have come meanwhile
+            stop.name = stop.name or who
         if stop.name is not None or (state.lost and plan.retries):
             return
 
@@ -179,7 +174,7 @@ def _make_safe(plan: Plan, device: Device, blocks: Iterator[Block], state: _Prog
                        do="switch the rig off by hand; a device with a watchdog goes to its safe level by itself")
 
 
-def _outcome(state: _Progress, stop: _StopRequest, ended_by: BaseException | None, unsafe: DeviceError | None,
+def _outcome(state: _Progress, stop: StopRequest, ended_by: BaseException | None, unsafe: DeviceError | None,
              ) -> Outcome:
     """Return the verdict on a run: the gravest of what happened is its reason."""
     failure = unsafe or _failure(state, stop, ended_by)
@@ -189,7 +184,7 @@ def _outcome(state: _Progress, stop: _StopRequest, ended_by: BaseException | Non
     return Outcome(failure is None, reason, state.received, tuple(state.events), failure, lost_at)
 
 
-def _by_loss(stop: _StopRequest, ended_by: BaseException | None) -> bool:
+def _by_loss(stop: StopRequest, ended_by: BaseException | None) -> bool:
     """Return whether a run that did not end well did so for nothing but lost samples."""
     return stop.name is None and (ended_by is None or isinstance(ended_by, StarvedError))
 
@@ -206,7 +201,7 @@ def _account(plan: Plan, device: Device, state: _Progress) -> None:
         state.events.append(Event("output", f"at least {played} of {state.size} samples were put out", 0, played))
 
 
-def _failure(state: _Progress, stop: _StopRequest, ended_by: BaseException | None) -> RigError | None:
+def _failure(state: _Progress, stop: StopRequest, ended_by: BaseException | None) -> RigError | None:
     """Return what made the run incomplete, None when nothing did."""
     kept = f"{state.received} of {state.size} samples"
     if isinstance(ended_by, RigError):
@@ -225,22 +220,3 @@ def _guarded(step: Callable[[], object]) -> BaseException | None:
     except BaseException as error:
         return error
     return None
-
-
-@contextmanager
-def _stop_requests() -> Iterator[_StopRequest]:
-    """Turn stop signals into a request while inside; only the main thread can receive them."""
-    request = _StopRequest()
-
-    def ask(number: int, frame: FrameType | None) -> None:
-        request.name = request.name or signal.Signals(number).name
-
-    if threading.current_thread() is not threading.main_thread():
-        yield request
-        return
-    before = {number: signal.signal(number, ask) for number in _STOP_SIGNALS}
-    try:
-        yield request
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)

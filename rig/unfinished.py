@@ -7,6 +7,7 @@ form of the file. What grows is accounted for in the ``journal`` (``rig/journal.
 """
 
 import json
+import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -23,6 +24,7 @@ from rig.writing import is_written, put
 BLOCK = 1 << 16  # bytes of the user block
 WORDS_AT, WORDS_HEAD = 1 << 13, 128
 WORDS_MOST = BLOCK - WORDS_AT - WORDS_HEAD
+STILL, LEFT = "still being written", "the program ended before the run did"
 NOTE = (f"HDF5 from byte {BLOCK} on; a run that is being recorded, or whose program was killed. The checksum is that "
         f"of the next line and of all bytes from there on but those it names. {READERS}")
 _WORDS = re.compile(r"last words ([0-9]+) ([0-9a-f]{32})\n")
@@ -52,7 +54,7 @@ class Unfinished:
     @property
     def reason(self) -> str:
         """Return why the recording is incomplete, when no last words say so."""
-        return "still being written" if self.being_written else "the program ended before the run did"
+        return STILL if self.being_written else LEFT
 
 
 def mark(path: Path, extents: Extents) -> None:
@@ -75,6 +77,17 @@ def inspect(path: Path) -> Unfinished:
             raise HarmedError("the bytes that do not grow do not match their checksum")
         words, loose = _words(block[WORDS_AT:])
     return Unfinished(extents, words, busy, loose)
+
+
+def spoken(file: FileIO) -> LastWords | None:
+    """Return the last words that stand in an open file now, None while there are none; raise OSError.
+
+    They may be put down at this moment: what does not match its checksum is none yet.
+    """
+    try:
+        return _words(os.pread(file.fileno(), BLOCK - WORDS_AT, WORDS_AT))[0]
+    except HarmedError:
+        return None
 
 
 def speak(descriptor: int, words: LastWords) -> None:

@@ -1,0 +1,98 @@
+"""What does one browser that looks at a run get, ten times a second, and no faster than it can draw?"""
+
+import json
+from http import HTTPStatus
+from pathlib import Path
+from typing import Any, final
+
+import jinja2
+from bokeh.document import Document
+from bokeh.models import ColumnDataSource, CustomJS
+
+from rig.live.columns import Columns, columns
+from rig.live.facts import facts
+from rig.live.figures import figures
+from rig.live.following import Following
+from rig.live.serving import Answer
+from rig.live.watching import Watch
+from rig.stopping import ring
+
+PERIOD_MS = 100
+AHEAD = 3
+"""Pictures that may be under way to a browser: one that draws slower gets fewer, and the server keeps none for it."""
+SHOW = "window.rigShow(JSON.parse(cb_obj.data.told[0])); drawn.data = {tick: cb_obj.data.tick};"
+WHO = "the abort button of the live page"
+_templates = jinja2.Environment(loader=jinja2.FileSystemLoader(Path(__file__).parent / "templates"), autoescape=True)
+
+
+@final
+class Page:
+    """The page of one run, for as many browsers as look at it."""
+
+    def __init__(self) -> None:
+        """Begin with no run."""
+        self.watch: Watch | None = None
+        self.looking = 0
+        self._tick = 0
+        self._columns: dict[str, Columns] = {}
+        self._told: dict[str, Any] = {}
+
+    def begin(self, following: Following) -> None:
+        """Show a run from now on."""
+        self.watch = Watch(following)
+        self._look(self.watch)
+
+    def catch_up(self, for_s: float) -> None:
+        """Look at what was recorded meanwhile, for about so long."""
+        if self.watch is not None:
+            self.watch.catch_up(for_s)
+            self._look(self.watch)
+
+    def document(self, document: Document) -> None:
+        """Make the page that a browser asks for."""
+        document.title = "live: no run yet" if self.watch is None else f"live: {self._told['title']}"
+        if self.watch is None:
+            document.template = _templates.get_template("waiting.html")
+            return
+        document.template = _templates.get_template("page.html")
+        document.template_variables["told"] = self._told
+        shown = figures(self.watch, self._columns)
+        told = ColumnDataSource({"told": [json.dumps(self._told)], "tick": [0]})
+        drawn = ColumnDataSource({"tick": [0]})
+        told.js_on_change("data", CustomJS(args={"drawn": drawn}, code=SHOW))
+        for picture in shown.pictures.values():
+            picture.tags = [told, drawn]
+            document.add_root(picture)
+        sent = 0
+
+        def push() -> None:
+            nonlocal sent
+            if self.watch is None or sent == self._tick or told.data["tick"][0] - drawn.data["tick"][0] >= AHEAD:
+                return
+            sent = self._tick
+            document.hold("combine")
+            shown.show(self.watch, self._columns)
+            told.data = {"told": [json.dumps(self._told)], "tick": [told.data["tick"][0] + 1]}
+            document.unhold()
+
+        document.add_periodic_callback(push, PERIOD_MS)
+        document.on_session_destroyed(self._left)
+        self.looking += 1
+
+    def abort(self) -> Answer:
+        """Ask the run to ramp its output down and end, as Ctrl-C does."""
+        if self.watch is None:
+            return HTTPStatus.CONFLICT, "No run has begun yet: press Ctrl-C where it was started."
+        if not self.watch.stands.going_on:
+            return HTTPStatus.CONFLICT, "The run has ended already."
+        if ring(self.watch.following.file, WHO):
+            return HTTPStatus.ACCEPTED, "Asked: the run ramps its output down and ends."
+        return HTTPStatus.SERVICE_UNAVAILABLE, "The run cannot be reached: press Ctrl-C where it was started."
+
+    def _left(self, session: object) -> None:
+        self.looking -= 1
+
+    def _look(self, watch: Watch) -> None:
+        """Draw what is known now, once for all browsers."""
+        self._tick += 1
+        self._columns, self._told = columns(watch), facts(watch)
