@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import pytest
 from hypothesis import settings
 
-from rig import calibration
+from rig import calibration, stopping
 from rig.ownership import FOLDER_VARIABLE
 
 if TYPE_CHECKING:
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 settings.register_profile("fixed", derandomize=True)
 settings.load_profile("fixed")
 os.environ[FOLDER_VARIABLE] = tempfile.mkdtemp(prefix="rig-ports-")
+os.environ[stopping.FOLDER_VARIABLE] = os.path.join(os.environ[FOLDER_VARIABLE], "bells")
 os.environ[calibration.FOLDER_VARIABLE] = os.path.join(os.environ[FOLDER_VARIABLE], "no calibrations")
 
 

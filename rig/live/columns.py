@@ -53,10 +53,12 @@ def _residual(watch: Watch) -> Columns:
 
 
 def _hull(watch: Watch) -> Columns:
-    """Return the least and the largest y at every level of v that was met."""
+    """Return a bar from the least to the largest y at every level of v that was met, none where v jumped over it."""
     hull = watch.hull
     met = np.isfinite(hull.low)
-    return {"v": _single(hull.levels_v()[met]), "low": _single(hull.low[met]), "high": _single(hull.high[met])}
+    v, low, high = hull.levels_v()[met], hull.low[met], hull.high[met]
+    half_v = 0.5 * hull.width_v
+    return {"left": _single(v - half_v), "right": _single(v + half_v), "low": _single(low), "high": _single(high)}
 
 
 def _trail(watch: Watch) -> Columns:

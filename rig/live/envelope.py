@@ -34,7 +34,7 @@ class Envelope:
             column += 1
         body = values[head:]
         whole = body.size // self.width
-        self._put(column, body[: whole * self.width].reshape(whole, -1))
+        self._put(column, body[: whole * self.width].reshape(whole, self.width))
         self._put(column + whole, body[whole * self.width :].reshape(1, -1))
 
     def _put(self, column: int, rows: Array) -> None:
@@ -64,8 +64,7 @@ class Means:
 
     def means(self) -> Array:
         """Return that of every column, not a number where nothing came."""
-        means: Array = np.where(self._count > 0, self._sum / np.maximum(self._count, 1), np.nan)
-        return means
+        return np.where(self._count > 0, self._sum / np.maximum(self._count, 1), np.nan)
 
 
 def outline(low: Array, high: Array) -> Array:
@@ -131,7 +130,7 @@ class Hull:
 
     def levels_v(self) -> Array:
         """Return the middle of every column, V."""
-        return (np.arange(-self._half, self._half) + 0.5) * self.width_v
+        return (np.arange(-self._half, self._half, dtype=np.float64) + 0.5) * self.width_v
 
     def _widen(self) -> None:
         """Make the columns twice as wide, two of them becoming one."""

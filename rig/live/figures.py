@@ -107,7 +107,8 @@ def _residual(watch: Watch, source: ColumnDataSource) -> figure:
 def _loop(watch: Watch, sources: dict[str, ColumnDataSource]) -> figure:
     """Return y over v as the model has v: the outline so far, the last samples, settled dwells, borders."""
     made = _plot("u in V, as no model tells v" if watch.plain is None else "v behind G1, by the model, in V", "y in V")
-    made.varea("v", "low", "high", source=sources["hull"], color=BLUE, alpha=0.18, legend_label="all y so far")
+    made.quad("left", "right", "high", "low", source=sources["hull"], fill_color=BLUE, fill_alpha=0.18, line_color=None,
+              legend_label="all y so far")
     last = made.line("v", "y", source=sources["trail"], color=BLUE, line_width=1.5, legend_label="last y")
     model = made.line("v", "x", source=sources["trail"], color=VERMILION, line_dash="dashed", line_width=2,
                       legend_label="by the model")

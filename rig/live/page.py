@@ -7,6 +7,7 @@ from typing import Any, final
 
 import jinja2
 from bokeh.document import Document
+from bokeh.events import DocumentReady
 from bokeh.models import ColumnDataSource, CustomJS
 
 from rig.live.columns import Columns, columns
@@ -21,6 +22,7 @@ PERIOD_MS = 100
 AHEAD = 3
 """Pictures that may be under way to a browser: one that draws slower gets fewer, and the server keeps none for it."""
 SHOW = "window.rigShow(JSON.parse(cb_obj.data.told[0])); drawn.data = {tick: cb_obj.data.tick};"
+READY = "drawn.data = {tick: told.data.tick};"
 WHO = "the abort button of the live page"
 _templates = jinja2.Environment(loader=jinja2.FileSystemLoader(Path(__file__).parent / "templates"), autoescape=True)
 
@@ -39,8 +41,10 @@ class Page:
 
     def begin(self, following: Following) -> None:
         """Show a run from now on."""
-        self.watch = Watch(following)
-        self._look(self.watch)
+        watch = Watch(following)
+        watch.catch_up(0.0)
+        self._look(watch)
+        self.watch = watch
 
     def catch_up(self, for_s: float) -> None:
         """Look at what was recorded meanwhile, for about so long."""
@@ -57,9 +61,10 @@ class Page:
         document.template = _templates.get_template("page.html")
         document.template_variables["told"] = self._told
         shown = figures(self.watch, self._columns)
-        told = ColumnDataSource({"told": [json.dumps(self._told)], "tick": [0]})
-        drawn = ColumnDataSource({"tick": [0]})
+        told = ColumnDataSource(name="told", data={"told": [json.dumps(self._told)], "tick": [0]})
+        drawn = ColumnDataSource(name="drawn", data={"tick": [-AHEAD]})  # nothing is sent before the browser is ready
         told.js_on_change("data", CustomJS(args={"drawn": drawn}, code=SHOW))
+        document.js_on_event(DocumentReady, CustomJS(args={"told": told, "drawn": drawn}, code=READY))
         for picture in shown.pictures.values():
             picture.tags = [told, drawn]
             document.add_root(picture)
@@ -78,6 +83,10 @@ class Page:
         document.add_periodic_callback(push, PERIOD_MS)
         document.on_session_destroyed(self._left)
         self.looking += 1
+
+    def state(self) -> dict[str, Any]:
+        """Return what the page says now; nothing before a run has begun."""
+        return self._told
 
     def abort(self) -> Answer:
         """Ask the run to ramp its output down and end, as Ctrl-C does."""

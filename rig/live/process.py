@@ -42,7 +42,7 @@ class Live:
         self._last_looked_s = self._last_drawn_s = time.monotonic()
         if following is not None:
             self._page.begin(following)
-        self.server, self.url = serve(self._page.document, self._page.abort, address, port)
+        self.server, self.url = serve(self._page, address, port)
 
     def run(self) -> None:
         """Serve until there is nothing to serve any more, or KeyboardInterrupt."""
@@ -111,7 +111,6 @@ def _left_alone() -> bool:
 
 def main() -> int:
     """Be the page of a run; return its exit code."""
-    os.nice(NICE)
     quieten()
     order = Order(**json.loads(os.read(sys.stdin.fileno(), 1 << 16)))
     try:
@@ -120,6 +119,7 @@ def main() -> int:
         _say({"error": str(error)})
         return error.exit_code
     _say({"url": live.url})
+    os.nice(NICE)  # from here on: before, somebody waits for it
     live.run()
     return 0
 

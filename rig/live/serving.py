@@ -8,7 +8,7 @@ alone, and the browser is told so.
 import secrets
 from collections.abc import Callable
 from http import HTTPStatus
-from typing import final
+from typing import Any, Protocol, final
 
 from bokeh.application import Application
 from bokeh.application.handlers.function import FunctionHandler
@@ -24,6 +24,7 @@ from tornado.web import OutputTransform, RequestHandler
 from rig.errors import UsageError
 
 LOOPBACK = "127.0.0.1"
+EVERY = ("", "0.0.0.0", "::")
 SECRET_BYTES = 24
 FORGOTTEN_MS = 5_000
 """How long a page that was closed is kept: its memory is then free."""
@@ -71,10 +72,37 @@ class Abort(RequestHandler):
         self.write(words)
 
 
-def serve(
-    page: Callable[[Document], None], abort: Callable[[], Answer], address: str = LOOPBACK, port: int = 0,
-) -> tuple[BaseServer, str]:  # fmt: skip
+@final
+class State(RequestHandler):
+    """What the page says, as JSON, for programs: no picture is drawn for it."""
+
+    def initialize(self, told: Callable[[], dict[str, Any]]) -> None:
+        """Take what says it."""
+        self._told = told
+
+    def get(self) -> None:
+        """Say it."""
+        self.write(self._told())
+
+
+class Shown(Protocol):
+    """What is served: a page for browsers, what it says, and its abort button."""
+
+    def document(self, document: Document) -> None:
+        """Make the page that a browser asks for."""
+
+    def state(self) -> dict[str, Any]:
+        """Return what the page says now."""
+
+    def abort(self) -> Answer:
+        """Do what a press of the button does."""
+
+
+def serve(shown: Shown, address: str = LOOPBACK, port: int = 0) -> tuple[BaseServer, str]:
     """Return a server of a page, listening, and the page's URL; raise UsageError where it cannot listen."""
+    if address in EVERY:
+        raise UsageError("a page is not served on every address of the machine", value=address,
+                         do="name one, that of the network from which it is to be seen")
     try:
         sockets = bind_sockets(port, address)
     except OSError as error:
@@ -86,8 +114,10 @@ def serve(
     origins = {f"{host}:{bound}"} | ({f"localhost:{bound}"} if address == LOOPBACK else set())
     secret = secrets.token_urlsafe(SECRET_BYTES)
     served = BokehTornado(
-        {"/": Application(FunctionHandler(page))}, prefix=secret, use_index=False, ico_path="none",
-        extra_websocket_origins=sorted(origins), extra_patterns=[("/abort", Abort, {"ask": abort, "origins": origins})],
+        {"/": Application(FunctionHandler(shown.document))}, prefix=secret, use_index=False, ico_path="none",
+        extra_websocket_origins=sorted(origins),
+        extra_patterns=[("/abort", Abort, {"ask": shown.abort, "origins": origins}),
+                        ("/state", State, {"told": shown.state})],
         unused_session_lifetime_milliseconds=FORGOTTEN_MS, check_unused_sessions_milliseconds=FORGOTTEN_MS,
         transforms=[Guarded],
     )  # fmt: skip
