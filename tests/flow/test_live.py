@@ -163,7 +163,7 @@ def _looks_right(browser: "Chrome") -> None:
     assert text(browser, "title") == HOSTILE
     assert text(browser, "question") == "Is <b>this</b> text?"
     assert "<i>stairs</i>" in text(browser, "step")
-    assert re.search(r" of 5 min .*, about .* left", text(browser, "progress"))
+    assert re.search(r" of 5.0 min .*, about .* left", text(browser, "progress"))
     assert text(browser, "lamp-overrun") == "Overrunno sample lost"
     assert "within the input's" in text(browser, "lamp-input")
     assert "within its limits -5 to 5 V" in text(browser, "lamp-output")
