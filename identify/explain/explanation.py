@@ -83,8 +83,8 @@ class Alternative:
         return {"id": self.id, "stage": self.stage, "probability": number(self.probability, 3)}
 
 
-@dataclass(frozen=True)
-class Finding:
+@dataclass(frozen=True, repr=False)
+class Finding(Seen):
     """One piece of missing physics; ``id`` is ``unnamed`` when its place and shape are proven but no name is.
 
     ``shape`` draws what an unnamed one adds, where a curve can.
@@ -100,6 +100,12 @@ class Finding:
     could_also_be: tuple[Alternative, ...]
     would_separate: str | None
     shape: Shape | None = None
+
+    def glance(self) -> Glance:
+        """Return the name, the values and what they are doubted by."""
+        from identify.notebook.answers import of_finding
+
+        return of_finding(self)
 
     def to_dict(self) -> dict[str, object]:
         """Return the form of the charter."""

@@ -67,6 +67,16 @@ def of_comparison(found: "Comparison") -> Glance:
     return Glance(found.verdict.capitalize(), found.sentence, tuple(rows))
 
 
+def of_finding(finding: "Finding") -> Glance:
+    """Return the physics, its values and what else it may be."""
+    from identify.page.report import finding_lines
+
+    rows = [*finding_lines(finding), ("law", finding.equation), ("means", finding.sentence)]
+    rows += list(_finding(finding))[1:]
+    rows += [("would separate", finding.would_separate)] if finding.would_separate else []
+    return Glance("Finding", _named(finding), tuple(rows))
+
+
 def _border(name: str, interval: Interval) -> str:
     return shown_interval(interval, "V" if name.startswith("D") else "V/V")
 
@@ -81,6 +91,12 @@ def _finding(finding: "Finding") -> Iterator[Row]:
     from identify.page.report import finding_lines, percent
 
     values = ", ".join(f"{name} {value}" for name, value in finding_lines(finding))
-    yield "what", f"{finding.id} in {finding.stage} ({percent(finding.probability)}): {values}"
+    yield "what", f"{_named(finding)}: {values}"
     for other in finding.could_also_be:
         yield "or", f"{other.id} in {other.stage} ({percent(other.probability)})"
+
+
+def _named(finding: "Finding") -> str:
+    from identify.page.report import percent
+
+    return f"{finding.id} in {finding.stage} ({percent(finding.probability)})"

@@ -1,10 +1,15 @@
 """Does what the READMEs show work as shown? Every file, every line typed, every line printed of the worked example."""
 
+import io
+import json
 import re
 import shlex
 import shutil
+from contextlib import chdir, redirect_stderr, redirect_stdout
 from itertools import pairwise
 from pathlib import Path
+from textwrap import dedent
+from types import ModuleType
 from typing import Any, cast
 
 import click
@@ -12,12 +17,16 @@ import pytest
 import yaml
 from matplotlib import pyplot
 
+import identify
+import rig as front
+from rig.cli import run_line
 from rig.commands import commands
 from rig.plan import plan
 from rig.protocol import parse_protocol
 from rig.rigfile import parse_rig
 from rig.steps import STIMULI
-from tests.flow.console import Ended, rig
+from tests.architecture.house import ROOT
+from tests.flow.console import Ended
 from tests.pages import Example, example, examples, pages
 
 PROSE = ("README.md", "rig/README.md", "protocols/README.md", "protocols/rigs/README.md", "drivers/README.md",
@@ -93,6 +102,14 @@ def check_printed(ended: Ended, shown: list[str], line: str) -> None:
     assert not rest or shown[-1] == OMITTED, (line, rest)
 
 
+def type_in(line: str, folder: Path) -> Ended:
+    """Return how a line ended, typed in a folder: in this process, which has loaded what is slow to load."""
+    out, err = io.StringIO(), io.StringIO()
+    with chdir(folder), redirect_stdout(out), redirect_stderr(err):
+        code = run_line(shlex.split(line)[1:])
+    return Ended(code, out.getvalue(), err.getvalue())
+
+
 def session(page: str) -> list[tuple[str, list[str]]]:
     """Return what is typed on a page, and what is shown below each line."""
     found: list[tuple[str, list[str]]] = []
@@ -113,7 +130,7 @@ def worked(tmp_path_factory: pytest.TempPathFactory) -> Path:
         if each.page == "README.md":
             (folder / each.file).write_text(each.text)
     for line, shown in session("README.md"):
-        check_printed(rig(*shlex.split(line)[1:], cwd=folder), shown, line)
+        check_printed(type_in(line, folder), shown, line)
     return folder
 
 
@@ -135,6 +152,34 @@ def test_python_shown_runs(worked: Path, tmp_path: Path, monkeypatch: pytest.Mon
             first = names["told"].plot()[0]
             assert first.get_legend_handles_labels()[1] == ["recorded", "plain model", "improved model"]
             assert names["found"].plot()[0].get_xlabel() == "level of u in V"
+    pyplot.close("all")
+
+
+def test_every_key_of_an_answer_is_told(worked: Path) -> None:
+    page = (ROOT / "identify" / "README.md").read_text(encoding="utf-8")
+    table, _, after = page.partition("## The answer as JSON")[2].partition("`rig identify` has")
+    keys = [row.split("|")[1] for row in table.splitlines() if row.startswith("| `")]
+    listed = {key for cell in keys for key in re.findall(r"`(\w+)`", cell)}
+    told = json.loads((worked / "hold.json").read_text(encoding="utf-8"))
+    assert listed - {"incomplete"} == set(told)
+    found = json.loads(type_in("rig identify hold.h5 --json -", worked).out)
+    named = set(re.findall(r"`(\w+)`", after.partition("\n\n")[0]))
+    assert set(found) - {"backlash_own_scale"} <= named
+
+
+@pytest.mark.parametrize("package", [identify, front], ids=lambda package: package.__name__)
+def test_what_help_shows_runs(
+    package: ModuleType, worked: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The lines indented behind ``::`` in the docstring of a front door."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("my_rig.yaml", "hold.yaml"):
+        shutil.copy(worked / name, name)
+    shown = dedent("\n".join(re.findall(r"^    .*$|^$", (package.__doc__ or "").partition("::\n")[2], re.MULTILINE)))
+    assert "import " in shown
+    trace = front.read(worked / "hold.h5").trace()
+    names: dict[str, Any] = {"rate_hz": trace.rate_hz, "u": trace.u[:], "y": trace.y[:]}
+    exec(compile(shown, package.__name__, "exec"), names)
     pyplot.close("all")
 
 
