@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rig.typed import calibration_option, check_destinations, command, optional_quantity, quiet_option, rig_option, say
+from rig.typed import (
+    calibration_option,
+    check_destinations,
+    command,
+    json_option,
+    optional_quantity,
+    quiet_option,
+    rig_option,
+    tell,
+)
 
 if TYPE_CHECKING:
     from rig.batch import Spread
@@ -29,10 +38,11 @@ if TYPE_CHECKING:
 @click.option("--time-limit", metavar="10min", help="Give up a recording that takes longer; the next batch tries it.")
 @rig_option
 @calibration_option
+@json_option
 @quiet_option
 def batch(
     patterns: Sequence[str], job: Any, out: str | None, table: str | None, scheduler: str | None, workers: int | None,
-    time_limit: str | None, rig: str | None, calibration: str | None, quiet: bool,
+    time_limit: str | None, rig: str | None, calibration: str | None, json_to: str | None, quiet: bool,
 ) -> None:  # fmt: skip
     """Identify or explain each of many recordings.
 
@@ -43,13 +53,13 @@ def batch(
     from pathlib import Path
 
     from rig import batch as many
-    from rig import batch_narration, batchtable, terminal
+    from rig import batch_narration, batchtable, summaries, terminal
     from rig.errors import RefusedError
     from rig.outputs import make_folder
     from rig.question import Named, Question
     from rig.session import shipped
 
-    check_destinations(table)
+    check_destinations(table, json_to)
     limit_s = optional_quantity("--time-limit", time_limit, "s")
     spread = _spread(scheduler, workers)
     question = Question(job, rig=Named.of(rig and shipped(rig)), calibration=Named.of(calibration))
@@ -61,7 +71,7 @@ def batch(
         state = many.run(
             found, spread, lambda now: show(batch_narration.under_way(job, now), now.done / now.total), limit_s)
     batchtable.write(to, found, state)
-    say(batch_narration.batched(found, state, to))
+    tell(json_to, lambda: summaries.batch(found, state, to), lambda: batch_narration.batched(found, state, to))
     if state.failures:
         raise RefusedError("not every recording has an answer", value=f"{len(state.failures)} of {state.total}",
                            do=f"see the column 'message' of {to}")  # fmt: skip

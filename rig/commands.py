@@ -35,7 +35,7 @@ from rig.typed import (
     report_option,
     rig_option,
     runs_argument,
-    say,
+    tell,
 )
 
 __all__ = [
@@ -52,29 +52,30 @@ __all__ = [
 @played_rig_option
 @click.option("--plot", metavar="F.png", help="Draw a preview.")
 @json_option
-def check(protocol: str, device: str | None, rig: str | None, plot: str | None, json_to: str | None) -> None:
+@quiet_option
+def check(
+    protocol: str, device: str | None, rig: str | None, plot: str | None, json_to: str | None, quiet: bool,
+) -> None:  # fmt: skip
     """Prove PROTOCOL before any output.
 
     Tells the exact samples, levels, slew, duration, limits, the rate the device makes, the buffer and disk it takes;
     and, where the protocol names its rig, how sure the answer would be, which step tells what, and what to change.
     """
-    from rig import foresight, narration, session
-    from rig.outputs import json_text, write_text
+    from rig import foresight, protocol_narration, session, terminal
 
     check_destinations(plot, json_to)
-    found = session.check(protocol, device, rig)
-    told = foresight.foreseen(found)
-    if plot:
-        from rig.preview import draw_plan
+    with terminal.bar("checking", quiet) as show:
+        show("proving it on the device", 0.0)
+        found = session.check(protocol, device, rig)
+        show("reckoning what it will tell", 0.3)
+        told = foresight.foreseen(found)
+        if plot:
+            from rig.preview import draw_plan
 
-        draw_plan(found.plan, plot)
-    if json_to and json_to != "-":
-        write_text(json_to, json_text(foresight.to_dict(found, told)))
-    if json_to == "-":
-        click.echo(json_text(foresight.to_dict(found, told)), nl=False)
-        return
-    say(narration.checked(found))
-    say(narration.foreseen(told))
+            show("drawing the preview", 0.9)
+            draw_plan(found.plan, plot)
+    tell(json_to, lambda: foresight.to_dict(found, told),
+         lambda: [*protocol_narration.checked(found), *protocol_narration.foreseen(told)])
 
 
 @command("run", "rig run protocols/sine_50hz.yaml --out sine.h5", "rig run my.yaml --device serial:/dev/ttyACM0",
@@ -86,10 +87,11 @@ def check(protocol: str, device: str | None, rig: str | None, plot: str | None, 
 @click.option("--live", is_flag=True, help="Show a page in the browser while it is recorded, and tell its URL.")
 @click.option("--transcript", is_flag=True, help="Keep the bytes that cross the wire, first and last 512 KiB.")
 @overwrite_option
+@json_option
 @quiet_option
 def run(
     protocol: str, device: str | None, rig: str | None, out: str | None, live: bool, transcript: bool, overwrite: bool,
-    quiet: bool,
+    json_to: str | None, quiet: bool,
 ) -> None:  # fmt: skip
     """Play PROTOCOL and record.
 
@@ -97,16 +99,15 @@ def run(
     """
     from pathlib import Path
 
-    from rig import narration, session, terminal
+    from rig import narration, session, summaries, terminal
     from rig.transcript import taken
 
     out = out or f"{Path(protocol).stem}.h5"
-    check_destinations(out)
+    check_destinations(out, json_to)
     with live_commands.shown(out, live), terminal.counted("recording", quiet) as progress, taken(transcript):
         done = session.record(protocol, device, out, progress, overwrite, rig)
-    say(narration.recorded(done))
-    if transcript:
-        say(narration.transcribed(done))
+    tell(json_to, lambda: summaries.run(done),
+         lambda: [*narration.recorded(done), *(narration.transcribed(done) if transcript else ())])
     if done.outcome.failure is not None:
         raise done.outcome.failure
 
@@ -121,27 +122,29 @@ def run(
 @click.option("--rate", "rate_hz", metavar="10kHz", help="The sample rate; else one that shows the rig's corners.")
 @device_option
 @overwrite_option
+@json_option
 @quiet_option
 def design(
     rig_file: str, out: str, time_s: str, limit_v: str | None, slew_v_per_s: str | None, rate_hz: str | None,
-    device: str | None, overwrite: bool, quiet: bool,
+    device: str | None, overwrite: bool, json_to: str | None, quiet: bool,
 ) -> None:  # fmt: skip
     """Write the protocol that tells most.
 
     Chooses stimuli and repeats for the smallest confidence intervals of the rig in RIG.yaml within time, limits and
     device, also if its values are 30 % off, and prints what is expected beside the paper's Fig. 13 protocol.
     """
-    from rig import narration, terminal
+    from rig import protocol_narration, summaries, terminal
     from rig.design import Wish
     from rig.design import design as write
 
+    check_destinations(json_to)
     wish = Wish(
         quantity_above_0("--time", time_s, "s"), optional_quantity("--limit", limit_v, "V"),
         optional_quantity("--slew", slew_v_per_s, "V/s"), optional_quantity("--rate", rate_hz, "Hz"), device,
     )  # fmt: skip
     with terminal.bar("designing", quiet) as progress:
         done = write(rig_file, out, wish, progress, overwrite)
-    say(narration.designed(done))
+    tell(json_to, lambda: summaries.design(done), lambda: protocol_narration.designed(done))
 
 
 @command(
@@ -222,36 +225,44 @@ def explain(
 @click.argument("run_file", metavar="RUN.h5")
 @click.option("--rig", metavar="FILE", help="A rig file or the JSON of an answer; else the rig kept in the recording.")
 @click.option("--out", metavar="F.csv", help="Write time, u, recorded and simulated y, and its band.")
-def simulate(run_file: str, rig: str | None, out: str | None) -> None:
+@json_option
+@quiet_option
+def simulate(run_file: str, rig: str | None, out: str | None, json_to: str | None, quiet: bool) -> None:
     """Play a model on a recorded input.
 
     The model starts from rest; its answer is held against the recorded one. The JSON of rig identify says how sure its
     values are: the answer then comes with its 95 % band, which is the model's and leaves out the noise of a reading.
     """
-    from rig import workflow
+    from rig import summaries, terminal, workflow
     from rig.outputs import write_text
 
-    check_destinations(out)
-    played = workflow.simulate(run_file, rig)
-    if out:
-        write_text(out, played.to_csv())
-    say(played.words())
+    check_destinations(out, json_to)
+    with terminal.bar("simulating", quiet) as show:
+        show(run_file, 0.0)
+        played = workflow.simulate(run_file, rig)
+        if out:
+            show(f"writing {out}", 0.5)
+            write_text(out, played.to_csv())
+    tell(json_to, lambda: summaries.simulate(played), played.words)
 
 
 @command("demo", "rig demo", "rig demo --out /tmp/first-light")
 @click.option("--out", metavar="FOLDER", default="rig-demo", show_default=True, help="Where everything is put.")
+@json_option
 @quiet_option
-def demo(out: str, quiet: bool) -> None:
+def demo(out: str, json_to: str | None, quiet: bool) -> None:
     """Do the main job with no hardware.
 
     Plays two protocols on the loopback device, records, identifies, explains and writes the report. Files of an earlier
     demo in FOLDER are replaced.
     """
-    from rig import narration, terminal
+    from rig import narration, summaries, terminal
     from rig.demo import play
 
+    check_destinations(json_to)
     with terminal.bar("demo", quiet) as progress:
         shown = play(out, progress)
-    say(narration.explained(shown.told))
-    say(f"  written  {path}" for path in shown.files)
-    say([f"Open {shown.report} in a browser."])
+    tell(json_to, lambda: summaries.demo(shown), lambda: [
+        *narration.explained(shown.told), *(f"  written  {path}" for path in shown.files),
+        f"Open {shown.report} in a browser.",
+    ])

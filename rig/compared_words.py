@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from identify.natural_units import shown_interval
 from rig.comparing import Compared
-from rig.tabular import Table
+from rig.tabular import Line, Table
 
 if TYPE_CHECKING:
     from identify.compared.change import Change
@@ -14,7 +14,7 @@ HEADINGS = ("", "before", "after", "change", "in standard errors", "p, all tests
 STATES = {"changed": "CHANGED", "no change seen": "", "cannot tell": "cannot tell", "not told": "not told"}
 
 
-def compared(done: Compared) -> Iterator[str | Table]:
+def compared(done: Compared) -> Iterator[Line]:
     """Tell the verdict, every value with its change, the physics, what may be the cause, and in what files differ."""
     from identify.compared.sentence import joint_words
 

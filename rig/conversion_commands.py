@@ -7,7 +7,16 @@ from typing import Any
 
 import click
 
-from rig.typed import check_destinations, command, optional_quantity, overwrite_option, rows_of, say
+from rig.typed import (
+    check_destinations,
+    command,
+    json_option,
+    optional_quantity,
+    overwrite_option,
+    quiet_option,
+    rows_of,
+    tell,
+)
 
 
 @command("import", "rig import scope.csv --time Time --input CH1 --output CH2 --rig rig.yaml --out run.h5",
@@ -30,10 +39,12 @@ from rig.typed import check_destinations, command, optional_quantity, overwrite_
 @click.option("--rig", metavar="RIG.yaml", help="Keep this plain model in the recording.")
 @click.option("--out", metavar="RUN.h5", required=True)
 @overwrite_option
+@json_option
+@quiet_option
 def import_table(
     table: str, time: str | None, input_column: str | None, output_column: str | None, measured_input: str | None,
     rate_hz: float | None, rows: str | None, gaps: str, full_scale: str | None, intersample: Any, initial: Any,
-    rig: str | None, out: str, overwrite: bool,
+    rig: str | None, out: str, overwrite: bool, json_to: str | None, quiet: bool,
 ) -> None:  # fmt: skip
     """Turn a table into a recording.
 
@@ -42,13 +53,13 @@ def import_table(
     """
     from pathlib import Path
 
-    from rig import narration
+    from rig import narration, summaries, terminal
     from rig.importers import Asked, read_table
     from rig.recording import write
     from rig.rigfile import read_rig
     from rig.session import shipped
 
-    check_destinations(out)
+    check_destinations(out, json_to)
     first, stop = rows_of(rows)
     asked = Asked(
         input=input_column, output=output_column, time=time, rate_hz=rate_hz, measured_input=measured_input,
@@ -56,9 +67,12 @@ def import_table(
         full_scale_v=optional_quantity("--full-scale", full_scale, "V"),
         rig_text=read_rig(shipped(rig)).text if rig else "",
     )  # fmt: skip
-    recording = read_table(table, asked, Path(out).resolve().parent)
-    write(out, recording, overwrite)
-    say(narration.imported(recording, out))
+    with terminal.bar(f"importing {table}", quiet) as show:
+        recording = read_table(table, asked, Path(out).resolve().parent, show)
+        show(f"writing {out}", 0.9)
+        write(out, recording, overwrite)
+    tell(json_to, lambda: summaries.recording("rig.import/1", out, recording),
+         lambda: narration.imported(recording, out))
 
 
 @command("export", "rig export run.h5 --to csv", "rig export run.h5 --to mat --out for_matlab.mat")
@@ -66,7 +80,11 @@ def import_table(
 @click.option("--to", "kind", type=click.Choice(["csv", "mat", "npz"]), required=True, help="The kind of file.")
 @click.option("--out", metavar="F", help="Where it goes; else beside the recording.")
 @overwrite_option
-def export(run_file: str, kind: Any, out: str | None, overwrite: bool) -> None:
+@json_option
+@quiet_option
+def export(
+    run_file: str, kind: Any, out: str | None, overwrite: bool, json_to: str | None, quiet: bool,
+) -> None:  # fmt: skip
     """Write a recording for other programs.
 
     All of it is written: signals, ledger, steps, texts, device and versions. rig import makes the same recording of it
@@ -74,9 +92,12 @@ def export(run_file: str, kind: Any, out: str | None, overwrite: bool) -> None:
     """
     from pathlib import Path
 
-    from rig import narration
+    from rig import narration, summaries, terminal
     from rig.exporters import export as write
 
     path = Path(out or Path(run_file).with_suffix(f".{kind}"))
-    check_destinations(str(path))
-    say(narration.exported(write(run_file, kind, path, overwrite), path))
+    check_destinations(str(path), json_to)
+    with terminal.bar(f"exporting {run_file}", quiet) as show:
+        recording = write(run_file, kind, path, overwrite, show)
+    tell(json_to, lambda: summaries.recording("rig.export/1", path, recording),
+         lambda: narration.exported(recording, path))

@@ -5,7 +5,7 @@ Only click is imported here, as in ``rig.commands``.
 
 import click
 
-from rig.typed import command, quantity_above_0, quiet_option, say
+from rig.typed import check_destinations, command, json_option, quantity_above_0, quiet_option, tell
 
 
 @command(
@@ -16,28 +16,37 @@ from rig.typed import command, quantity_above_0, quiet_option, say
 @click.option("--level", metavar="1V", default="1 V", show_default=True, help="The largest level to put out.")
 @click.option("--inputs", type=click.IntRange(1, 64), default=1, show_default=True, help="Inputs the cable joins.")
 @click.option("--out", metavar="F.json", help="Where it is kept; else where rig run finds it.")
+@json_option
 @quiet_option
-def calibrate(device: str, rate: str, level: str, inputs: int, out: str | None, quiet: bool) -> None:
+def calibrate(
+    device: str, rate: str, level: str, inputs: int, out: str | None, json_to: str | None, quiet: bool,
+) -> None:  # fmt: skip
     """Measure a device with a cable from its output to its input.
 
     Tells delay, skew, gain, offset, noise and steps, each with its 95 % interval. rig run keeps them in its recordings,
     and rig identify and rig explain leave the known delay out of the rig's. A resistor and a capacitor of about one
     sample period in the cable tell the delay to a part of a sample; a plain cable only to the whole one.
     """
-    from rig import calibrating, narration, terminal
+    from rig import calibrating, narration, summaries, terminal
 
+    check_destinations(json_to)
     wish = calibrating.Wish(quantity_above_0("--rate", rate, "Hz"), quantity_above_0("--level", level, "V"), inputs)
     with terminal.bar("calibrating", quiet) as progress:
         done = calibrating.calibrate(device, wish, out, progress)
-    say(narration.calibrated(done))
+    tell(json_to, lambda: summaries.calibrate(done), lambda: narration.calibrated(done))
 
 
-@command("devices", "rig devices")
-def devices() -> None:
+@command("devices", "rig devices", "rig devices --json -")
+@json_option
+@quiet_option
+def devices(json_to: str | None, quiet: bool) -> None:
     """List what is attached, by identity."""
-    from rig import narration, registry
+    from rig import narration, registry, summaries, terminal
 
-    say(narration.devices(registry.discover()))
+    check_destinations(json_to)
+    with terminal.bar("asking who is there", quiet) as show:
+        found = registry.discover(show)
+    tell(json_to, lambda: summaries.devices(found), lambda: narration.devices(found))
 
 
 @command("emulate", "rig emulate serial", "rig emulate serial --rig rigs/opamp_backlash.yaml --speed 10")

@@ -16,6 +16,7 @@ from rig.typed import (
     report_option,
     rig_option,
     say,
+    tell,
 )
 
 
@@ -32,17 +33,11 @@ def list_recordings(folder: str, json_to: str | None, quiet: bool) -> None:
     from rig import terminal
     from rig.listing import listed
     from rig.listing_words import words
-    from rig.outputs import json_text, write_text
 
     check_destinations(json_to)
     with terminal.bar("listing", quiet) as progress:
         found = listed(folder, progress)
-    if json_to and json_to != "-":
-        write_text(json_to, json_text(found.to_dict()))
-    if json_to == "-":
-        click.echo(json_text(found.to_dict()), nl=False)
-    else:
-        say(words(found))
+    tell(json_to, found.to_dict, lambda: words(found))
 
 
 @command("compare", "rig compare monday.h5 friday.h5", "rig compare a.h5 b.h5 --rig my_rig.yaml --report drift.html",

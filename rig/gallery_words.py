@@ -4,12 +4,13 @@ from collections.abc import Iterator
 
 from rig.gallery import Piece
 from rig.narration import span
-from rig.tabular import Table
+from rig.tabular import Line, Table
 
-HEADINGS = ("protocol", "the question it answers", "time", "rig")
+HEADINGS = ("protocol", "time", "the question it answers")
 
 
-def listed(found: tuple[Piece, ...]) -> Iterator[Table | str]:
+def listed(found: tuple[Piece, ...]) -> Iterator[Line]:
     """Tell every protocol in a line."""
-    yield Table(HEADINGS, tuple((piece.path, piece.question, span(piece.time_s), piece.rig) for piece in found))
-    yield "show one: `rig protocols NAME`; copy it: `rig protocols NAME --out mine.yaml`; write your own: `rig new`"
+    yield Table(HEADINGS, tuple((piece.name, span(piece.time_s), piece.question) for piece in found))
+    yield "play one:  rig run protocols/NAME.yaml        show one:  rig protocols NAME"
+    yield "copy one:  rig protocols NAME --out F.yaml    write your own:  rig new F.yaml"

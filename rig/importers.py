@@ -6,15 +6,17 @@ for. Nothing is resampled. A long table goes by stretches into files that are go
 """
 
 import hashlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from identify.trace import LONG, Intersample, Samples, blocks
+from identify.trace import LONG, Array, Intersample, Samples, blocks
 from rig.errors import FileError, UsageError
 from rig.exported import restored
 from rig.gapped import filled
+from rig.progress import Show, silent
 from rig.provenance import git_commit, now, software
 from rig.readers import Table, Wanted, open_table
 from rig.recorded import RATES_HZ, Entry, Equipment, Event, Initial, Ledger, Origin, Recording
@@ -61,7 +63,9 @@ class Asked:
                 for name, (column, unit) in told.items() if column}
 
 
-def read_table(path: str | Path, asked: Asked, folder: Path | None = None) -> Recording:
+def read_table(
+    path: str | Path, asked: Asked, folder: Path | None = None, progress: Show = silent
+) -> Recording:
     """Return a table as a recording; without columns, one of our own exports as the recording it was made from.
 
     Long signals stand in ``folder`` until they are no longer used. Raises FileError naming line and column, UsageError
@@ -73,12 +77,23 @@ def read_table(path: str | Path, asked: Asked, folder: Path | None = None) -> Re
         return restored(table, Path(path), folder)
     _check_columns(table, asked)
     wanted = asked.columns()
-    read = spooled(table.stretches(list(wanted.values()), asked.first_row, asked.stop_row), len(wanted), folder)
+    pieces = _told(table.stretches(list(wanted.values()), asked.first_row, asked.stop_row), asked, progress)
+    read = spooled(pieces, len(wanted), folder)
+    progress("looking at the times", 0.8)
     signals = dict(zip(wanted, read, strict=True))
     if signals["u"].size < FEWEST:
         raise FileError("too few rows", where=table.where, value=f"{signals['u'].size} from row {asked.first_row} on",
                         allowed=f"at least {FEWEST}")
     return _recording(Path(path), asked, table, signals)
+
+
+def _told(pieces: Iterator[Array], asked: Asked, progress: Show) -> Iterator[Array]:
+    """Yield the pieces, telling how many rows were read; and which share, where it was said how many there are."""
+    rows, wanted = 0, (asked.stop_row or 0) - asked.first_row
+    for piece in pieces:
+        yield piece
+        rows += piece.shape[1]
+        progress(f"{rows} rows read", 0.8 * min(rows / wanted, 1.0) if wanted > 0 else 0.0)
 
 
 def _check(where: str, asked: Asked) -> None:

@@ -4,14 +4,14 @@ from collections.abc import Iterator
 
 from identify.natural_units import shown
 from rig.listing import Facts, Listing, Row
-from rig.tabular import Table
+from rig.tabular import Line, Table
 from rig.units import show
 
 HEADINGS = ("recording", "when, UTC", "what", "device", "rate", "length", "whole", "verdict")
 MOST = 40  # characters of a title or a device
 
 
-def words(found: Listing) -> Iterator[str | Table]:
+def words(found: Listing) -> Iterator[Line]:
     """Tell every recording in a line, and what cannot be read with the reason."""
     readable = [(row, row.facts) for row in found.rows if row.facts]
     if not found.rows:

@@ -4,100 +4,21 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from identify.natural_units import shown, shown_interval
+from rig.tabular import Line, Table
 from rig.units import show
 
 if TYPE_CHECKING:
     from identify.explain.explanation import Explanation, Finding
     from identify.identification import Identification, Unidentifiable
-    from identify.planning.information import Information, StepInformation
+    from identify.planning.information import StepInformation
     from identify.trace import Samples
     from rig.calibrating import Calibrated
-    from rig.design import Designed
-    from rig.foresight import Foresight
-    from rig.newprotocol import New
     from rig.recorded import Recording
     from rig.registry import Attached
-    from rig.session import Checked, Recorded
+    from rig.session import Recorded
     from rig.workflow import Runs
 
-MOST_SHARES = 3
 MOST_STEPS = 12
-LEAST_SHARE = 0.05
-
-
-def checked(found: "Checked") -> Iterator[str]:
-    """Tell what would be played, and what it takes."""
-    plan, can = found.plan, found.capabilities
-    yield f"{plan.title}: accepted, nothing was output"
-    yield f"  question  {plan.question}"
-    yield f"  device    {found.address} ({found.identity})"
-    yield f"  samples   {plan.u.size} at {show(plan.rate_hz, 'Hz')}, {span(plan.duration_s)}, steps: {len(plan.steps)}"
-    low_v, high_v = plan.range_v
-    yield f"  levels    {low_v:.6g} to {show(high_v, 'V')}, peak {show(plan.peak_v, 'V')}"
-    yield f"            limits {plan.limits.low_v:g} to {plan.limits.high_v:g} V, {_room(found)}"
-    yield f"  slew      {show(plan.slew_v_per_s, 'V/s')}{_slew_limit(plan.limits.slew_v_per_s)}"
-    yield f"  safe end  {show(plan.safe_level_v, 'V')} in {span(plan.ramp_s)}"
-    yield f"  needs     {_size(plan.memory_bytes)} of memory, {_size(plan.disk_bytes)} of disk"
-    if can.buffer_samples is not None:
-        yield f"  buffer    {can.buffer_samples} samples in the device, {span(can.buffer_samples / plan.rate_hz)}"
-    for note in plan.notes:
-        yield f"  note      {note}"
-
-
-def foreseen(told: "Foresight") -> Iterator[str]:
-    """Tell how sure the answer would be, which step it would come from, and what to change."""
-    if told.information is None:
-        yield f"  expected  cannot be told: {told.why_not}"
-    else:
-        noise = f"noise {shown(told.noise_v, 'V', 3)} ({told.noise_from})"
-        yield f"  expected  95 % intervals where the rig is as its file says, {noise}:"
-        yield from (f"    {line}" for line in expected_lines(told.information))
-    for advice in told.advice:
-        yield f"  {'remark' if advice.remark else 'advice'}    {advice.sentence}"
-    yield from _untold("what its sines leave to the orders in the rig file", told.untold)
-
-
-def written(done: "New", told: "Foresight") -> Iterator[str]:
-    """Tell which protocol was written, what it takes, and what to change in it."""
-    plan = done.checked.plan
-    yield f"{done.path}: {plan.title}"
-    yield f"  question  {plan.question}"
-    yield f"  takes     {span(plan.duration_s)} at {show(plan.rate_hz, 'Hz')}, peak {show(plan.peak_v, 'V')}"
-    yield from (f"  step      {label}" for label in dict.fromkeys(step.label for step in plan.steps))
-    for advice in told.advice:
-        yield f"  {'remark' if advice.remark else 'advice'}    {advice.sentence}"
-    yield f"  next: `rig check {done.path}`, `rig run {done.path}`"
-
-
-def expected_lines(told: "Information") -> Iterator[str]:
-    """Yield every quantity with its expected interval and the steps it is told by, largest share first."""
-    for expected in told.expected():
-        q = expected.quantity
-        if not expected.told:
-            yield f"{q.name:<18} {shown(q.value, q.unit):<12} not told by this protocol"
-            continue
-        shares = sorted(expected.shares.items(), key=lambda item: -item[1])[:MOST_SHARES]
-        told_by = ", ".join(f"{100.0 * share:.0f} % {label}" for label, share in shares if share >= LEAST_SHARE)
-        half = shown(1.96 * expected.sd, q.unit, 2)
-        yield f"{q.name:<18} {shown(q.value, q.unit):<12} ± {half:<9} {told_by}"
-
-
-def designed(done: "Designed") -> Iterator[str]:
-    """Tell what was written, how sure it makes the answer, and how that compares with the paper's protocol."""
-    steps = len({step.label for step in done.plan.steps})
-    yield f"{done.path}: {steps} steps in {span(done.plan.duration_s)} at {show(done.plan.rate_hz, 'Hz')}"
-    yield f"  expected 95 % intervals, noise {shown(done.told.noise_v, 'V', 3)} ({done.told.noise_from}):"
-    yield f"    {'':<18} {'':<12} {'this':<14} {'Fig. 13':<14} {'narrower':<10} 30 % off"
-    for row in done.rows:
-        q = row.designed.quantity
-        ends = (f"± {shown(1.96 * e.sd, q.unit, 2)}" if e.told else "not told" for e in (row.designed, row.paper))
-        this, other = ends
-        ratio = f"{row.paper.sd / row.designed.sd:.3g} x" if row.designed.told and row.paper.told else "-"
-        yield f"    {q.name:<18} {shown(q.value, q.unit):<12} {this:<14} {other:<14} {ratio:<10} {row.worst:.3g} x"
-    yield f"  Fig. 13: {done.paper}"
-    yield ("  30 % off: how much wider, relative to its value, an interval gets at worst if gap, slopes and time "
-           f"constants are; {done.moving} of {steps} steps or more then still move F")
-    yield f"  next: `rig check {done.path}`, `rig run {done.path}`"
 
 
 def recorded(done: "Recorded") -> Iterator[str]:
@@ -171,9 +92,9 @@ def incomplete(runs: "Runs") -> Iterator[str]:
     yield from (f"{name}: incomplete, {reason}" for name, reason in runs.incomplete)
 
 
-def devices(found: "tuple[Attached, ...]") -> Iterator[str]:
+def devices(found: "tuple[Attached, ...]") -> Iterator[Line]:
     """Tell what is attached, by identity."""
-    yield from (f"{one.address}  {one.identity or one.problem}" for one in found)
+    yield Table(("", ""), tuple((one.address, str(one.identity or one.problem)) for one in found))
 
 
 def identified(found: "Identification") -> Iterator[str]:
@@ -200,7 +121,7 @@ def identified(found: "Identification") -> Iterator[str]:
     yield from (f"  {name} in {stage}  {values}" for name, stage, values in physics_lines(found.model))
     yield from _step_lines(found.steps)
     yield f"  fit {found.fit_percent:.4g} % of the variation of y; {found.noise_words}"
-    yield from _untold("what these recordings cannot tell", found.not_identifiable)
+    yield from untold("what these recordings cannot tell", found.not_identifiable)
     yield from (f"  warning: {text}" for text in found.warnings)
     if found.rms_v > FITTED * found.noise.rms_v:
         yield "  next: `rig explain` with the same recordings looks for what is missing"
@@ -218,7 +139,7 @@ def _step_lines(steps: "Sequence[StepInformation]") -> Iterator[str]:
         yield f"    and {len(steps) - MOST_STEPS} more"
 
 
-def _untold(heading: str, items: "Sequence[Unidentifiable]") -> Iterator[str]:
+def untold(heading: str, items: "Sequence[Unidentifiable]") -> Iterator[str]:
     """Tell what recordings leave open, and what holds or settles it."""
     if items:
         yield f"  {heading}:"
@@ -266,20 +187,6 @@ def span(seconds: float) -> str:
     if seconds < 120.0:
         return shown(seconds, "s")
     return f"{seconds / 60.0:.1f} min" if seconds < 7200.0 else f"{seconds / 3600.0:.1f} h"
-
-
-def _size(count: int) -> str:
-    return f"{count / 1e6:.1f} MB" if count >= 1e5 else f"{count / 1e3:.1f} kB"
-
-
-def _room(found: "Checked") -> str:
-    """Return how much of the device's range the plan uses."""
-    can = found.capabilities
-    return f"device {can.output_low_v:g} to {can.output_high_v:g} V in steps of {shown(can.output_lsb_v, 'V', 3)}"
-
-
-def _slew_limit(limit_v_per_s: float | None) -> str:
-    return "" if limit_v_per_s is None else f", limit {show(limit_v_per_s, 'V/s')}"
 
 
 def _coefficients(values: tuple[float, ...]) -> str:

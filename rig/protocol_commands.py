@@ -71,7 +71,7 @@ def new(
 
     It is sized so that the gap moves, proven on the device before it is written, and simple enough to be changed.
     """
-    from rig import foresight, narration
+    from rig import foresight, protocol_narration
     from rig.newprotocol import USUAL_RIG, Wish, write_new
     from rig.questions import asked
 
@@ -83,7 +83,7 @@ def new(
     silent = yes or not sys.stdin.isatty()
     wish = replace(given, about=about or ABOUT[0], rig=rig or USUAL_RIG) if silent else asked(given)
     done = write_new(out, wish, overwrite)
-    tell(json_to, done.to_dict, lambda: narration.written(done, foresight.foreseen(done.checked)))
+    tell(json_to, done.to_dict, lambda: protocol_narration.written(done, foresight.foreseen(done.checked)))
 
 
 @command("schema", "rig schema protocol", "rig schema rig --out rig.schema.json")

@@ -26,13 +26,17 @@ def verify(files: Sequence[str], recordings: Sequence[str], json_to: str | None,
     """
     from rig import recording_narration, terminal
     from rig.outputs import write_text
+    from rig.progress import each
     from rig.reproduced import is_answer, reproduced
     from rig.verifying import refuse_damaged, to_json
     from rig.verifying import verify as verified
 
     check_destinations(json_to)
     with terminal.bar("verifying", quiet) as show:
-        found = [reproduced(path, recordings, show) if is_answer(path) else verified(path) for path in files]
+        found = [
+            reproduced(path, recordings, of_file) if is_answer(path) else verified(path)
+            for path, of_file in each(files, show)
+        ]
     if json_to and json_to != "-":
         write_text(json_to, to_json(found))
     if json_to == "-":

@@ -17,6 +17,7 @@ from rig.amplifier import behind, parted
 from rig.device import Device, Identity
 from rig.errors import MisfitError, RigError, UsageError, unknown
 from rig.ownership import Claim
+from rig.progress import Show, silent
 from rig.references import file_meant
 
 GROUP = "rig.drivers"
@@ -112,10 +113,11 @@ def emulators() -> dict[str, str]:
     return {scheme: emulator for scheme, emulator in found.items() if emulator}
 
 
-def discover() -> tuple[Attached, ...]:
+def discover(progress: Show = silent) -> tuple[Attached, ...]:
     """Ask everything that may be a device who it is; one that does not answer is listed with the reason."""
-    found = []
-    for scheme in drivers():
+    found, schemes = [], drivers()
+    for index, scheme in enumerate(schemes):
+        progress(f"{scheme}:", index / len(schemes))
         try:
             places = driver(scheme).attached()
         except RigError as error:

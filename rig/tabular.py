@@ -23,7 +23,8 @@ class Table:
 
     def lines(self) -> Iterator[str]:
         """Yield the headings and every row as a line."""
-        cells = [self.headings, *(tuple(visible(text).replace("\n", " ") for text in row) for row in self.rows)]
+        headings = [self.headings] if any(self.headings) else []
+        cells = [*headings, *(tuple(visible(text).replace("\n", " ") for text in row) for row in self.rows)]
         yield from (f"{' ' * self.indent}{line}".rstrip() for line in columns(cells))
 
     def __str__(self) -> str:
@@ -38,12 +39,16 @@ class Table:
         from rich.table import Table as Drawn
         from rich.text import Text
 
-        drawn = Drawn(box=box.SIMPLE_HEAD, pad_edge=False, header_style="bold")
-        for heading in self.headings:
-            drawn.add_column(Text(heading), overflow="fold")
+        drawn = Drawn(box=box.SIMPLE_HEAD, pad_edge=False, header_style="bold", show_header=any(self.headings))
+        for at, heading in enumerate(self.headings):
+            drawn.add_column(Text(heading), overflow="fold", no_wrap=at == 0)
         for row in self.rows:
             drawn.add_row(*(Text(visible(text)) for text in row))
         Console(file=stream, highlight=False).print(Padding(drawn, (0, 0, 0, self.indent)))
+
+
+Line = str | Table
+"""What a command tells, one after the other."""
 
 
 def columns(rows: Sequence[Row]) -> Iterator[str]:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from identify.explain.explanation import Explanation
     from identify.identification import Identification
     from identify.page.document import Page
-    from rig.tabular import Table
+    from rig.tabular import Line
 
 Command = Callable[..., None]
 SETTINGS: dict[str, Any] = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
@@ -51,7 +51,7 @@ def command(name: str, *examples: str) -> Callable[[Command], click.Command]:
     return make
 
 
-def say(lines: "Iterable[str | Table]") -> None:
+def say(lines: "Iterable[Line]") -> None:
     """Print a result line by line; tables are drawn on a terminal, and lines elsewhere."""
     import sys
 
@@ -65,7 +65,7 @@ def say(lines: "Iterable[str | Table]") -> None:
 
 
 def tell(
-    json_to: str | None, answer: Callable[[], Mapping[str, object]], words: "Callable[[], Iterable[str | Table]]",
+    json_to: str | None, answer: Callable[[], Mapping[str, object]], words: "Callable[[], Iterable[Line]]",
 ) -> None:  # fmt: skip
     """Write an answer as JSON where that was asked for; tell the words unless stdout is for the JSON."""
     from rig.outputs import json_text, write_text
@@ -118,7 +118,7 @@ def rows_of(rows: str | None) -> tuple[int, int | None]:
 
 
 def deliver(
-    answer: "Identification | Explanation", json_to: str | None, words: "Iterable[str | Table]",
+    answer: "Identification | Explanation", json_to: str | None, words: "Iterable[Line]",
     beside: Mapping[str, object] = MappingProxyType({}),
 ) -> None:  # fmt: skip
     """Write what was asked for; tell the words unless stdout is for the JSON."""

@@ -6,16 +6,20 @@ from pathlib import Path
 
 from rig.errors import FileError
 from rig.exporters import as_mat, as_npz, as_text
+from rig.progress import Show, silent
 from rig.recorded import Recording
 from rig.recording import read
 
 UNWRITABLE = (OSError, RuntimeError)
 """What h5py raises when a disk is full."""
-KINDS: dict[str, Callable[[Path, Recording], None]] = {"csv": as_text.put, "mat": as_mat.put, "npz": as_npz.put}
+KINDS: dict[str, Callable[[Path, Recording, Show], None]] = {"csv": as_text.put, "mat": as_mat.put, "npz": as_npz.put}
 """What writes a recording to a path, by stretches, by the kind of file."""
 
 
-def export(run: str | Path, kind: str, path: Path, overwrite: bool = False) -> Recording:
+def export(
+    run: str | Path, kind: str, path: Path, overwrite: bool = False,
+    progress: Show = silent,
+) -> Recording:  # fmt: skip
     """Write the recording at ``run`` to ``path`` as ``kind``; return it.
 
     Raises FileError when the recording is damaged, when there is a file already that is not to be replaced, and when it
@@ -27,7 +31,7 @@ def export(run: str | Path, kind: str, path: Path, overwrite: bool = False) -> R
         raise FileError("there is a file of this name already", where=str(path), do=f"choose another name{or_replace}")
     part = path.with_name(f"{path.name}.part")
     try:
-        KINDS[kind](part, recording)
+        KINDS[kind](part, recording, progress)
         with part.open("rb") as file:
             os.fsync(file.fileno())
         part.replace(path)

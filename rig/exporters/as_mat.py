@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from identify.trace import Samples, blocks
 from rig.exported import note_of, signals_of
+from rig.progress import Show, told
 from rig.readers.table import NOTE
 from rig.recorded import Ledger, Recording
 
@@ -23,13 +24,15 @@ TEXT = b"MATLAB 7.3 MAT-file, written by rig export. Signals in V, one sample at
 VERSION = b"\x00\x02IM"  # at byte 124, after 8 bytes that are not used
 
 
-def put(path: Path, recording: Recording) -> None:
+def put(path: Path, recording: Recording, show: Show) -> None:
     """Write the recording; raise OSError."""
     signals: dict[str, Samples | Ledger] = {**signals_of(recording), "ledger": recording.ledger}
     note = note_of(recording)
     beside: dict[str, float | str] = {"rate_hz": recording.rate_hz, "start_s": recording.start_s, NOTE: note}
-    write = _put_5 if recording.u.size <= LONGEST_5 else _put_73
-    write(path, signals, beside)
+    if recording.u.size <= LONGEST_5:
+        _put_5(path, signals, beside)
+    else:
+        _put_73(path, signals, beside, show)
 
 
 def _put_5(path: Path, signals: Mapping[str, Samples | Ledger], beside: Mapping[str, float | str]) -> None:
@@ -40,7 +43,9 @@ def _put_5(path: Path, signals: Mapping[str, Samples | Ledger], beside: Mapping[
     savemat(str(path), {**whole, **beside}, format="5", appendmat=False)
 
 
-def _put_73(path: Path, signals: Mapping[str, Samples | Ledger], beside: Mapping[str, float | str]) -> None:
+def _put_73(
+    path: Path, signals: Mapping[str, Samples | Ledger], beside: Mapping[str, float | str], show: Show
+) -> None:
     """Write version 7.3, by stretches."""
     import h5py
 
@@ -48,7 +53,7 @@ def _put_73(path: Path, signals: Mapping[str, Samples | Ledger], beside: Mapping
         for name, held in signals.items():
             dataset = file.create_dataset(name, (1, held.size), held[:1].dtype)
             dataset.attrs["MATLAB_class"] = np.bytes_("uint8" if held[:1].dtype == np.uint8 else "double")
-            for start, stop in blocks(0, held.size):
+            for start, stop in told(blocks(0, held.size), held.size, name, show):
                 dataset[0, start:stop] = held[start:stop]
         for name, value in beside.items():
             _put_value(file, name, value)

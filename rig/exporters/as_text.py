@@ -11,6 +11,7 @@ import numpy as np
 
 from identify.trace import Array, blocks
 from rig.exported import TIME, note_of, signals_of, times_of
+from rig.progress import Show, told
 from rig.readers.text import NOTE
 from rig.recorded import Entry, Recording
 
@@ -19,14 +20,14 @@ NOTE_LINE = 2000  # characters
 ORDINARY_NAN = np.array(np.nan).view(np.uint64)[()]
 
 
-def put(path: Path, recording: Recording) -> None:
+def put(path: Path, recording: Recording, show: Show) -> None:
     """Write the recording; raise OSError."""
     signals = signals_of(recording)
     with path.open("w", encoding="ascii", newline="\n") as file:
         file.writelines(f"# {line}\n" for line in _explained(recording))
         file.writelines(f"{NOTE}{line}\n" for line in _wrapped(note_of(recording)))
         file.write(",".join([f"{TIME} [s]", *(f"{name} [V]" for name in signals), "ledger"]) + "\n")
-        for start, stop in blocks(0, recording.u.size, AT_ONCE):
+        for start, stop in told(blocks(0, recording.u.size, AT_ONCE), recording.u.size, "rows", show):
             columns = [times_of(recording, start, stop), *(held[start:stop] for held in signals.values())]
             file.writelines(_rows(columns, recording.ledger[start:stop].tolist()))
 

@@ -33,7 +33,7 @@ def test_the_gallery_is_listed_with_its_questions(capsys: pytest.CaptureFixture[
     assert run_line(["protocols"]) == 0
     lines = capsys.readouterr().out.splitlines()
     for piece in told["protocols"]:
-        (line,) = [line for line in lines if line.startswith(f"{piece['protocol']} ")]
+        (line,) = [line for line in lines if line.startswith(f"{Path(piece['protocol']).stem} ")]
         assert piece["question"] in line
 
 
