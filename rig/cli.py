@@ -4,14 +4,21 @@ Exit codes: 0 done, 1 the answer is negative, 2 bad usage or input, 3 device fai
 the program itself, 130 stopped by Ctrl-C while nothing was being played.
 """
 
+import os
 import signal
 import sys
 import warnings
-from threading import Event
+from threading import Event, Timer
+from time import monotonic
 from types import FrameType
-from typing import Never
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from sys import UnraisableHookArgs
 
 STOPPED = 130
+ONCE_S = 0.2
+"""For so long after Ctrl-C another is the same one: it must not interrupt how the first is told."""
 _pressed = Event()
 
 
@@ -23,10 +30,35 @@ class Stopped(KeyboardInterrupt):
     """
 
 
+class _Key:
+    """What Ctrl-C does: it interrupts what is going on, and again where that was swallowed."""
+
+    def __init__(self) -> None:
+        self._last_s = -1.0
+
+    def press(self, number: int, frame: FrameType | None) -> None:
+        """Interrupt what is going on."""
+        if monotonic() - self._last_s >= ONCE_S:
+            self._last_s = monotonic()
+            _pressed.set()
+            raise Stopped
+
+    def swallowed(self, what: "UnraisableHookArgs") -> None:
+        """Press again soon where a callback of a library could not be interrupted; tell what else is lost there."""
+        if what.exc_type is None or not issubclass(what.exc_type, Stopped):
+            sys.__unraisablehook__(what)
+            return
+        again = Timer(1.5 * ONCE_S, lambda: os.kill(os.getpid(), signal.SIGINT))
+        again.daemon = True
+        again.start()
+
+
 def main() -> None:
     """Run the command line and exit with its code."""
-    signal.signal(signal.SIGINT, _stop)
+    key = _Key()
     try:
+        sys.unraisablehook = key.swallowed
+        signal.signal(signal.SIGINT, key.press)
         code = run_line(sys.argv[1:])
     except KeyboardInterrupt:
         sys.stderr.write("rig: stopped\n")
@@ -34,12 +66,6 @@ def main() -> None:
     finally:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     sys.exit(code)
-
-
-def _stop(number: int, frame: FrameType | None) -> Never:
-    """Interrupt what is going on."""
-    _pressed.set()
-    raise Stopped
 
 
 def run_line(arguments: list[str]) -> int:

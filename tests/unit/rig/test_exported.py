@@ -19,6 +19,7 @@ from rig.errors import FileError
 from rig.exported import note_of
 from rig.exporters import KINDS, as_mat, export
 from rig.importers import Asked, read_table
+from rig.progress import Show
 from rig.recorded import Entry, Equipment, Event, Origin, Recording
 from rig.recording import read, write
 
@@ -190,7 +191,7 @@ def test_nothing_is_written_over_and_nothing_half(tmp_path: Path, monkeypatch: p
         with pytest.raises(FileError, match="there is a file of this name already"):
             export(tmp_path / "run.h5", "mat", path, overwrite)
 
-    def full(path: Path, recording: Recording) -> None:
+    def full(path: Path, recording: Recording, show: Show) -> None:
         path.write_bytes(b"half")
         raise OSError(28, "No space left on device")
 
