@@ -11,10 +11,13 @@ import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from time import monotonic
-from typing import TextIO
+from typing import TYPE_CHECKING, TextIO
 
 from rig.errors import RigError, visible
 from rig.progress import Show, silent
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
 
 BROKEN = 70
 """Exit code of a fault in the program itself (EX_SOFTWARE): no script may take it for an answer."""
@@ -63,28 +66,8 @@ def rounded(seconds: float) -> str:
 @contextmanager
 def _drawn(title: str) -> Iterator[Show]:
     """Give what keeps a bar on a terminal; it is taken away at the end."""
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        Progress,
-        SpinnerColumn,
-        Task,
-        TaskProgressColumn,
-        TextColumn,
-        TimeElapsedColumn,
-    )
-    from rich.text import Text
-
-    class Rest(TextColumn):
-        """The time left as it was told last, less what has passed since."""
-
-        def render(self, task: Task) -> Text:
-            ends_s: float | None = task.fields["ends_s"]
-            return Text(in_words(None if ends_s is None else ends_s - monotonic()))
-
-    told, began = TextColumn("{task.description}", markup=False), monotonic()
-    columns = (SpinnerColumn(), told, BarColumn(bar_width=24), TaskProgressColumn(), TimeElapsedColumn(), Rest(""))
-    with Progress(*columns, console=Console(stderr=True), transient=True) as shown:
+    began = monotonic()
+    with _bar() as shown:
         task = shown.add_task(title, total=1.0, ends_s=None)
 
         def show(sentence: str, share: float) -> None:
@@ -94,6 +77,24 @@ def _drawn(title: str) -> Iterator[Show]:
             shown.update(task, description=words, completed=share, ends_s=None if rest_s is None else now + rest_s)
 
         yield show
+
+
+def _bar() -> "Progress":
+    """Return a bar with what is done, its share, how long it takes, and the time left."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, SpinnerColumn, Task, TaskProgressColumn, TextColumn, TimeElapsedColumn
+    from rich.text import Text
+
+    class Rest(TextColumn):
+        """The time left as it was told last, less what has passed since."""
+
+        def render(self, task: Task) -> Text:
+            ends_s: float | None = task.fields["ends_s"]
+            return Text(in_words(None if ends_s is None else ends_s - monotonic()))
+
+    told = TextColumn("{task.description}", markup=False)
+    columns = (SpinnerColumn(), told, BarColumn(bar_width=24), TaskProgressColumn(), TimeElapsedColumn(), Rest(""))
+    return Progress(*columns, console=Console(stderr=True), transient=True)
 
 
 class _Lines:

@@ -33,6 +33,7 @@ SEES_BOTH = {  # who may import more of identify than its plain data, and what
         "identify.planning.sampling",
     },
     "rig.comparing": {"identify.page.comparison_page", "identify.page.document"},
+    "rig.summaries": {"identify.observe"},
     "rig.asking": {"identify.planning.advice"},
     "rig.newprotocol": {"identify.planning.sampling"},
     "rig.compared_words": {"identify.compared.sentence"},

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from rig import narration, session
+from rig import protocol_narration, session
 from rig.foresight import foreseen, to_dict
 from tests.flow.test_design import RIG
 
@@ -28,7 +28,8 @@ def told(folder: Path, rig: str = RIG, protocol: str = PROTOCOL) -> tuple[list[s
     (folder / "p.yaml").write_text(protocol)
     found = session.check(folder / "p.yaml")
     expected = foreseen(found)
-    return list(narration.foreseen(expected)), to_dict(found, expected)
+    lines = [str(line).splitlines() for line in protocol_narration.foreseen(expected)]
+    return [line for each in lines for line in each], to_dict(found, expected)
 
 
 def test_every_quantity_is_told_with_its_steps(tmp_path: Path) -> None:
