@@ -82,7 +82,15 @@ def _drawn(title: str) -> Iterator[Show]:
 def _bar() -> "Progress":
     """Return a bar with what is done, its share, how long it takes, and the time left."""
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, SpinnerColumn, Task, TaskProgressColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import (
+        BarColumn,
+        Progress,
+        SpinnerColumn,
+        Task,
+        TaskProgressColumn,
+        TextColumn,
+        TimeElapsedColumn,
+    )
     from rich.text import Text
 
     class Rest(TextColumn):

@@ -35,8 +35,8 @@ def told(folder: Path, rig: str = RIG, protocol: str = PROTOCOL) -> tuple[list[s
 def test_every_quantity_is_told_with_its_steps(tmp_path: Path) -> None:
     words, answer = told(tmp_path)
     assert "noise 10 mV (the rig file)" in words[0]
-    assert words[1].split()[0] == "F.S_L"
-    assert "% walk" in words[1]
+    assert words[2].split()[0] == "F.S_L"
+    assert "% walk" in words[2]
     steps = answer["steps"]
     assert isinstance(steps, list)
     assert [step["label"] for step in steps] == ["walk", "tone"]
@@ -61,4 +61,4 @@ def test_where_nothing_can_be_foreseen_it_says_why(tmp_path: Path, rig: str, pro
 
 def test_an_unstable_start_is_foreseen_with_its_poles_mirrored(tmp_path: Path) -> None:
     words, _ = told(tmp_path, RIG.replace("den: [0.02, 1]", "den: [1e-7, 1e-5, 0.02, 1]"))
-    assert words[1].split()[0] == "F.S_L"
+    assert words[2].split()[0] == "F.S_L"
