@@ -104,12 +104,12 @@ CHANGES = (
         "k = 8 x 1 nF / (100 nF + 1 nF)", {"k": GAIN * 1e-9 / (HOLD_F + 1e-9)}, added=("C91 v h 1n",),
     ),
     Change(
-        "crosstalk to the ADC", "1 kohm before the ADC, 100 kohm from the source to it", "feedthrough", "sense",
-        "k = 1 kohm / (1 kohm + 100 kohm)", {"k": 1.0 / 101.0}, (TO_ADC,), ("R91 y0 y 1k", "R92 u y 100k"),
+        "crosstalk to the ADC", "1 kohm before the ADC, 33 kohm from the source to it", "feedthrough", "sense",
+        "k = 1 kohm / (1 kohm + 33 kohm)", {"k": 1.0 / 34.0}, (TO_ADC,), ("R91 y0 y 1k", "R92 u y 33k"),
     ),
     Change(
         "mains into the first filter", "230 V of 50.013 Hz through 47 pF into C1", "hum", "G1",
-        "325 V x w x 47 pF x |20 kohm parallel 1 uF|", {"amplitude": _hum(325.0, 50.013, 47e-12), "frequency": 50.013},
+        "325 V x w x 47 pF x magnitude of 20 kohm parallel to 1 uF", {"amplitude": _hum(325.0, 50.013, 47e-12), "frequency": 50.013},
         added=("V91 mains 0 SIN(0 325 50.013)", "C91 mains a 47p"),
     ),
     Change(
