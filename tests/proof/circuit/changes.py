@@ -109,7 +109,8 @@ CHANGES = (
     ),
     Change(
         "mains into the first filter", "230 V of 50.013 Hz through 47 pF into C1", "hum", "G1",
-        "325 V x w x 47 pF x magnitude of 20 kohm parallel to 1 uF", {"amplitude": _hum(325.0, 50.013, 47e-12), "frequency": 50.013},
+        "325 V x w x 47 pF x magnitude of 20 kohm parallel to 1 uF",
+        {"amplitude": _hum(325.0, 50.013, 47e-12), "frequency": 50.013},
         added=("V91 mains 0 SIN(0 325 50.013)", "C91 mains a 47p"),
     ),
     Change(
