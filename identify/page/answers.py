@@ -78,14 +78,14 @@ def worst(residual: Array) -> slice:
     return slice(first, first + size)
 
 
-def liveliest(observation: Observation) -> slice:
-    """Return the stretch in which the readings that count swing most, samples."""
+def liveliest(observation: Observation) -> tuple[slice, float]:
+    """Return the stretch in which the readings that count swing most, samples, and by how much they do, V."""
     size = _stretch(observation.trace.size)
     y = np.where(observation.use, observation.trace.y[:], np.nan)
     firsts = range(0, y.size - size + 1, max(size // 4, 1))
     swing = [np.fmax.reduce(y[a : a + size]) - np.fmin.reduce(y[a : a + size]) for a in firsts]
-    first = firsts[int(np.argmax(np.nan_to_num(swing)))]
-    return slice(first, first + size)
+    at = int(np.argmax(np.nan_to_num(swing)))
+    return slice(firsts[at], firsts[at] + size), float(np.nan_to_num(swing[at]))
 
 
 def _stretch(samples: int) -> int:

@@ -10,8 +10,8 @@ from identify.compared.comparison import Comparison
 from identify.compared.physics import PhysicsChange
 from identify.compared.sentence import by_words, joint_words, probability
 from identify.natural_units import shown_interval
-from identify.page.document import NOTHING, Imprint, Page
-from identify.page.drawing import AFTER, BEFORE, PALE, Panel, Picture
+from identify.page.document import NOTHING, Imprint, Page, begun
+from identify.page.drawing import AFTER, BEFORE, PALE, Look, Panel, Picture
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,7 +36,8 @@ def comparison_page(found: Comparison, beside: Beside, imprint: Imprint = NOTHIN
         "title": f"{found.after.model.title}: {found.verdict}", "kicker": found.verdict,
         "mood": "good" if found.verdict == "no change seen" else "warn", "headline": found.sentence,
         "subline": f"{found.after.model.title}: from {beside.before} to {beside.after}", "before": beside.before,
-        "after": beside.after, "rows": [_row(change) for change in found.changes], "joint": joint_words(found.joint),
+        "after": beside.after, "rows": [_row(change) for change in found.changes],
+        "joint": begun(joint_words(found.joint)),
         "drawn": _picture(found.changes), "physics": [_piece(piece) for piece in found.physics],
         "causes": beside.causes, "differences": beside.differences, "warnings": found.warnings, "devices": [],
     })  # fmt: skip
@@ -64,8 +65,8 @@ def _picture(changes: Sequence[Change]) -> Picture:
     words = f"Change of every value in its standard errors: {told}."
     return Picture(
         "What changed, and how surely", (Panel(partial(_draw, rows), words, 0.8 + 0.26 * len(rows)),),
-        "Bars are 95 % intervals of the change; orange squares are what changed with all tests counted in. An arrow "
-        "says that a value lies beyond the picture.",
+        "Bars are 95 % intervals of the change; squares and arrows are what changed with all tests "
+        "counted in. An arrow points to a value beyond the picture, which stands beside it.",
     )  # fmt: skip
 
 
@@ -76,10 +77,18 @@ def _moved(change: Change) -> bool:
 def _draw(rows: Sequence[Change], ax: "Axes") -> None:
     ax.axvspan(-1.96, 1.96, color=PALE, alpha=0.5, lw=0.0)
     for i, change in enumerate(reversed(rows)):
-        at = min(max(change.standard_errors, -FURTHEST), FURTHEST)
-        look = BEFORE if _moved(change) else AFTER
-        marker = look.marker if abs(at) < FURTHEST else "<" if at < 0.0 else ">"
-        ax.plot([at - 1.96, at + 1.96], [i, i], color=look.colour)
-        ax.plot([at], [i], marker, color=look.colour)
+        _draw_change(ax, i, change.standard_errors, BEFORE if _moved(change) else AFTER)
     ax.set_yticks(range(len(rows)), [change.name for change in reversed(rows)])
     ax.set(xlim=(-FURTHEST - 2.5, FURTHEST + 2.5), xlabel="change, in its standard errors")
+
+
+def _draw_change(ax: "Axes", row: int, errors: float, look: Look) -> None:
+    """Draw a value's change with its interval, or beyond the end an arrow with the number."""
+    if abs(errors) < FURTHEST:
+        ax.plot([errors - 1.96, errors + 1.96], [row, row], color=look.colour)
+        ax.plot([errors], [row], look.marker, color=look.colour)
+        return
+    end, side, marker = (FURTHEST, "right", ">") if errors > 0.0 else (-FURTHEST, "left", "<")
+    ax.plot([end], [row], marker, color=look.colour)
+    ax.annotate(f"{errors:+.3g}", (end, row), xytext=(-6 if side == "right" else 6, 0), textcoords="offset points",
+                ha=side, va="center")  # fmt: skip

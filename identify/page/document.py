@@ -58,6 +58,11 @@ class Page:
         return template.render(self.content, **beside)
 
 
+def begun(sentence: str) -> str:
+    """Return a sentence with a capital letter, as it stands alone."""
+    return sentence[:1].upper() + sentence[1:]
+
+
 @cache
 def _templates() -> "Environment":
     from jinja2 import Environment, PackageLoader, StrictUndefined

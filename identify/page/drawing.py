@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 Draw = Callable[["Axes"], None]
 
-INK, EDGE, PALE, RECORDED = "#1f2933", "#66717c", "#d3dae0", "#939ca5"
+INK, EDGE, PALE, RECORDED = "#1f2933", "#66717c", "#d3dae0", "#868f99"
 PANEL_IN = (4.4, 2.8)
 DPI = 150  # of panels with so many lines that they are kept as pixels
 LONGEST = 44  # characters of a name that a panel has room for
@@ -51,7 +51,7 @@ class Look:
 
 
 BEFORE = Look("#d55e00", "--", "s", 0.45)
-AFTER = Look("#0b4a8f")
+AFTER = Look("#083a72")
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,8 @@ def draw_signal(axes: "Axes", time: Array, values: Array, look: Look, label: str
     if low is high:
         axes.plot(at, values, look.line, color=look.colour, linewidth=1.0, label=name)
     else:
-        axes.fill_between(at, low, high, color=look.colour, alpha=look.filling, linewidth=0.5, label=name)
+        axes.fill_between(at, low, high, facecolor=(look.colour, look.filling), edgecolor=look.colour, linewidth=0.6,
+                          label=name)  # fmt: skip
 
 
 def legend_above(axes: "Axes", title: str = "", columns: int = 2) -> None:
@@ -128,11 +129,17 @@ def logarithmic(axes: "Axes", names: Sequence[str]) -> None:
     """Make axes ``x`` or ``y`` logarithmic, with numbers as one writes them."""
     from matplotlib.ticker import FuncFormatter, LogFormatter
 
+    class Sparing(LogFormatter):
+        """Writes numbers between the decades where there are too few of those to read from."""
+
+        def __call__(self, x: float, pos: int | None = None) -> str:
+            return f"{x:g}" if super().__call__(x, pos) else ""
+
     for name in names:
         axis = axes.xaxis if name == "x" else axes.yaxis
         (axes.set_xscale if name == "x" else axes.set_yscale)("log")
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axis.set_minor_formatter(LogFormatter())  # writes nothing where there is a decade to read from
+        axis.set_minor_formatter(Sparing())
 
 
 def short(name: str) -> str:

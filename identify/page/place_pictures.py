@@ -54,7 +54,7 @@ def mismatch(profiles: Sequence[Profile], noise_v: float) -> Picture | None:
     panels = tuple(Panel(partial(_draw_profile, p, noise_v), _profile_words(p, noise_v), 2.5) for p in profiles)
     return Picture(
         "Where the mismatch sits", panels,
-        "Tall orange bars say where the plain model fails; the dark line is what the improved model leaves there. The "
+        "Tall bars say where the plain model fails; the dark line is what the improved model leaves there. The "
         "scale is logarithmic.",
     )  # fmt: skip
 
@@ -64,7 +64,8 @@ def _draw_profile(profile: Profile, noise_v: float, ax: "Axes") -> None:
     factor, prefix = prefix_of(max(float(np.nanmax(profile.before_v)), noise_v), "V")
     floor = LEAST * noise_v / factor
     before, after = (_above(sizes_v / factor, floor) for sizes_v in (profile.before_v, profile.after_v))
-    ax.stairs(before, profile.edges, baseline=floor, fill=True, color=BEFORE.colour, alpha=0.6, label="plain model")
+    ax.stairs(before, profile.edges, baseline=floor, fill=True, facecolor=(BEFORE.colour, BEFORE.filling),
+              edgecolor=BEFORE.colour, linewidth=0.8, label="plain model")  # fmt: skip
     ax.stairs(after, profile.edges, baseline=None, color=AFTER.colour, linewidth=1.8, label="improved model")
     ax.axhline(noise_v / factor, color=INK, linestyle=":", label="noise")
     ax.set(xlabel=f"{profile.axis} in {profile.unit}" if profile.unit else profile.axis, ylabel=f"rms in {prefix}V")

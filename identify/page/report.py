@@ -17,7 +17,7 @@ from identify.of_device import device_lines
 from identify.page import place_pictures, rig_pictures, signal_pictures
 from identify.page.answers import Answer, beginnings, joined
 from identify.page.border_picture import borders
-from identify.page.document import NOTHING, Imprint, Page
+from identify.page.document import NOTHING, Imprint, Page, begun
 from identify.page.drawing import AFTER, BEFORE, Picture
 from identify.page.next_steps import next_steps
 from identify.unnamed.stored import AT, is_unnamed
@@ -235,7 +235,7 @@ def _location(told: Explanation) -> dict[str, Any] | None:
         return None
     found = told.location
     return {
-        "stage": found.stage, "sentence": _begun(found.sentence), "alternatives": found.alternatives,
+        "stage": found.stage, "sentence": begun(found.sentence), "alternatives": found.alternatives,
         "where": [_range(part) for part in found.where],
     }  # fmt: skip
 
@@ -247,7 +247,7 @@ def _range(part: Range) -> tuple[str, str, str, str]:
 def _effect(finding: Finding) -> dict[str, Any]:
     others = [(_spaced(o.id), o.stage, o.probability) for o in finding.could_also_be]
     return {
-        "name": _name(finding.id), "sentence": _begun(finding.sentence), "parameters": finding_lines(finding),
+        "name": _name(finding.id), "sentence": begun(finding.sentence), "parameters": finding_lines(finding),
         "equation": finding.equation, "stage": finding.stage, "form": f", form {finding.form}" if finding.form else "",
         "probability": percent(finding.probability), "would_separate": finding.would_separate,
         "others": len(others),
@@ -257,11 +257,6 @@ def _effect(finding: Finding) -> dict[str, Any]:
         ],
         "drawn": finding.shape is not None, "unnamed": is_unnamed(finding.id),
     }  # fmt: skip
-
-
-def _begun(sentence: str) -> str:
-    """Return a sentence with a capital letter, as it stands alone."""
-    return sentence[:1].upper() + sentence[1:]
 
 
 def _undecided(finding: Finding) -> str:
@@ -286,10 +281,11 @@ def _proof(told: Explanation) -> list[tuple[str, str, str, str]]:
     held, noise = told.held_out, shown(told.noise.rms_v, "V")
     before, after = held.residuals.before_v, held.residuals.after_v
     fitted, kept = ", ".join(o.trace.name for o in told.train), ", ".join(held.runs) or "parts of the runs"
+    named = any(not is_unnamed(finding.id) for finding in told.effects)
     rows = [
         (f"fitted ({fitted})", told.training.before_v, told.training.after_v),
         (f"held out ({kept})", before, after),
-        *([("held out, named physics alone", before, held.named_v)] if before > held.named_v > after else []),
+        *([("held out, named physics alone", before, held.named_v)] if named and before > held.named_v > after else []),
     ]
     return [(name, shown(one, "V"), shown(other, "V"), noise) for name, one, other in rows]
 

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 Points = Sequence[tuple[float, Interval]]
 
 BRANCHES: dict[Branch, Look] = {
-    "loading": Look("#0b4a8f", "-", "o"), "unloading": Look("#00795a", "--", "s"), "plateau": Look("#66717c", "", "D"),
+    "loading": Look("#083a72", "-", "o"), "unloading": Look("#00795a", "--", "s"), "plateau": Look("#66717c", "", "D"),
     "saturated": Look("#c22f2f", "", "^"),
 }  # fmt: skip
 BORDERS: tuple[Branch, ...] = ("loading", "unloading")

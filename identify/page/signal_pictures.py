@@ -48,8 +48,11 @@ def _looked_at(answer: Answer) -> tuple[int, slice, bool] | None:
         return None
     sizes = {row: _rms(answer.residuals[row][part]) / answer.observations[row].noise_v for row, part in parts.items()}
     row = max(sizes, key=lambda one: sizes[one])
-    off = sizes[row] > SEEN
-    return row, parts[row] if off else liveliest(answer.observations[row]), off
+    if sizes[row] > SEEN:
+        return row, parts[row], True
+    lively = {row: liveliest(answer.observations[row]) for row in parts}
+    row = max(lively, key=lambda one: lively[one][1])
+    return row, lively[row][0], False
 
 
 def overlay(answers: Sequence[Answer], row: int, part: slice) -> Panel:
@@ -65,10 +68,11 @@ def overlay(answers: Sequence[Answer], row: int, part: slice) -> Panel:
 def _draw_overlay(answers: Sequence[Answer], row: int, part: slice, ax: "Axes") -> None:
     run = answers[0].observations[row]
     time, y = times(run)[part], run.trace.y[part]
-    ax.plot(time, y, color=RECORDED, linewidth=4.0, solid_capstyle="round", label="recorded")
-    for answer in answers:
+    ax.plot(time, y, color=RECORDED, linewidth=4.0, solid_capstyle="round", label="recorded", zorder=2.0)
+    for depth, answer in enumerate(answers):  # dashes last: where two models agree, both are seen
         look = answer.look
-        ax.plot(time, y - answer.misfits[row][part], look.line, color=look.colour, label=answer.label)
+        ax.plot(time, y - answer.misfits[row][part], look.line, color=look.colour, label=answer.label,
+                zorder=3.0 - 0.1 * depth)  # fmt: skip
     ax.set(xlabel="time in s", ylabel="y in V")
     _few_ticks(ax)
     legend_above(ax, run.trace.name, columns=3)
@@ -79,10 +83,10 @@ def _draw_close(answers: Sequence[Answer], row: int, part: slice, ax: "Axes") ->
     run = answers[0].observations[row]
     pieces = [answer.residuals[row][part] for answer in answers]
     factor = _band(ax, run, pieces, 1.96)
-    for answer, piece in zip(answers, pieces, strict=True):
+    for depth, (answer, piece) in enumerate(zip(answers, pieces, strict=True)):
         look = answer.look
         ax.plot(times(run)[part], piece / factor, look.line, color=look.colour, linewidth=1.0,
-                label=f"{answer.name}, {shown(_rms(piece), 'V', 3)} rms")  # fmt: skip
+                label=f"{answer.name}, {shown(_rms(piece), 'V', 3)} rms", zorder=3.0 - 0.1 * depth)  # fmt: skip
     _few_ticks(ax)
     legend_above(ax)
 
@@ -106,7 +110,7 @@ def residuals(answers: Sequence[Answer], title: str) -> Picture | None:
     beside = f"Beside both, the {answers[-1].label} by itself. " if len(answers) > 1 else ""
     return Picture(
         title, tuple(panels),
-        f"{beside}A coloured area reaches from the lowest to the highest residual of each part of a run. In the grey "
+        f"{beside}A filled area reaches from the lowest to the highest residual of each part of a run. In the grey "
         f"band it would stay with noise alone, in 95 of 100 parts.{more}{cut(runs)}",
     )  # fmt: skip
 
@@ -180,7 +184,7 @@ def _density(answer: Answer, row: int, part: slice) -> tuple[Array, Array]:
     piece = answer.residuals[row][part]
     rate = answer.observations[row].trace.rate_hz
     frequency, power = welch(piece, rate, nperseg=min(4096, piece.size), detrend="constant")
-    return frequency[1:], np.sqrt(power[1:])
+    return frequency[1:-1], np.sqrt(power[1:-1])  # at either end the density is another one
 
 
 def _floor(run: Observation) -> float:
