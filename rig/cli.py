@@ -4,6 +4,7 @@ Exit codes: 0 done, 1 the answer is negative, 2 bad usage or input, 3 device fai
 the program itself, 130 stopped by Ctrl-C while nothing was being played.
 """
 
+import atexit
 import os
 import signal
 import sys
@@ -11,7 +12,7 @@ import warnings
 from threading import Event, Timer
 from time import monotonic
 from types import FrameType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Never
 
 if TYPE_CHECKING:
     from sys import UnraisableHookArgs
@@ -61,11 +62,20 @@ def main() -> None:
         signal.signal(signal.SIGINT, key.press)
         code = run_line(sys.argv[1:])
     except KeyboardInterrupt:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
         sys.stderr.write("rig: stopped\n")
-        code = STOPPED
+        _leave(STOPPED)
     finally:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     sys.exit(code)
+
+
+def _leave(code: int) -> Never:
+    """End here: what a compiler was interrupted in must not be taken apart object by object, which may crash it."""
+    atexit._run_exitfuncs()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)
 
 
 def run_line(arguments: list[str]) -> int:

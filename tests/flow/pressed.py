@@ -43,11 +43,11 @@ LINES: dict[str, tuple[str, ...]] = {
     "schema": ("schema", "rig", "--out", "new/rig.json"),
     "demo": ("demo", "--out", "new/demo"),
 }
+PLAYS = {0: "whole", 4: "stopped while it played", 130: "stopped before or after"}
 ENDS = {
-    "run": {0: "whole", 4: "stopped while it played", 130: "stopped before or after"},
-    "calibrate": {0: "whole", 4: "stopped while it played", 130: "stopped before or after"},
+    "run": PLAYS, "calibrate": PLAYS, "demo": PLAYS,
     "emulate": {0: "stopped"},
-}
+}  # fmt: skip
 """What a command may end with, where that is not 0 or 130."""
 
 
@@ -84,9 +84,7 @@ class Bench:
 
     def close(self) -> None:
         """End the program."""
-        assert self._process.stdin is not None
-        self._process.stdin.close()
-        self._process.wait(10.0)
+        self._process.communicate(timeout=10.0)
 
     def _answer(self) -> object:
         assert self._process.stdout is not None
