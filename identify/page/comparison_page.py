@@ -64,7 +64,7 @@ def _picture(changes: Sequence[Change]) -> Picture:
     told = ", ".join(f"{change.name} {change.standard_errors:+.1f}{' (changed)' * _moved(change)}" for change in rows)
     words = f"Change of every value in its standard errors: {told}."
     return Picture(
-        "What changed, and how surely", (Panel(partial(_draw, rows), words, 0.8 + 0.26 * len(rows)),),
+        "Change of every value, and how sure it is", (Panel(partial(_draw, rows), words, 0.8 + 0.26 * len(rows)),),
         "Bars are 95 % intervals of the change; squares and arrows are what changed with all tests "
         "counted in. An arrow points to a value beyond the picture, which stands beside it.",
     )  # fmt: skip
