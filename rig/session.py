@@ -186,8 +186,16 @@ def played_at(address: str | None, protocol: Protocol) -> str:
     """
     bare, amplifier = parted(address or usual_address(protocol))
     if protocol.rig_path and (named_none := NO_RIG_NAMED.fullmatch(bare)):
-        bare = f"loopback:{protocol.rig_path}{named_none['options']}"
+        bare = f"loopback:{_shortest(Path(protocol.rig_path))}{named_none['options']}"
     return at_rig(behind(bare, amplifier), protocol.rig)
+
+
+def _shortest(rig_path: Path) -> Path:
+    """Return a rig file as a loopback takes it: one that comes with the program by its name, if none here has it."""
+    if not rig_path.is_relative_to(packaged()):
+        return rig_path
+    name = rig_path.relative_to(packaged())
+    return rig_path if is_file(name) else name
 
 
 def usual_address(protocol: Protocol) -> str:

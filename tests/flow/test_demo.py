@@ -8,16 +8,20 @@ import pytest
 from rig.recording import read
 from rig.reproduced import reproduced
 from tests.flow.console import rig
+from tests.flow.printed import check_printed
+from tests.pages import examples
 
 FILES = {"demo.h5", "demo_hold_out.h5", "explain.json", "identify.json", "identify.html", "report.html"}
 
 
 def test_the_demo_finds_the_concealed_rails_and_writes_everything(tmp_path: Path) -> None:
-    ended = rig("demo", cwd=tmp_path)
+    ended = rig("demo", cwd=tmp_path, limit_s=400.0)
     assert ended.code == 0, ended
     folder = tmp_path / "rig-demo"
     assert {path.name for path in folder.iterdir()} == FILES
     assert "Open rig-demo/report.html in a browser." in ended.out
+    (shown,) = [e.text for e in examples("", page="README.md") if e.text.startswith("EXPLAINED")]
+    check_printed(ended, shown.splitlines(), "rig demo")
     told = json.loads((folder / "explain.json").read_text(encoding="utf-8"))
     assert told["verdict"] == "explained"
     assert told["location"]["stage"] == "F"

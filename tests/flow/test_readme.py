@@ -6,7 +6,6 @@ import re
 import shlex
 import shutil
 from contextlib import chdir, redirect_stderr, redirect_stdout
-from itertools import pairwise
 from pathlib import Path
 from textwrap import dedent
 from types import ModuleType
@@ -27,14 +26,11 @@ from rig.rigfile import parse_rig
 from rig.steps import STIMULI
 from tests.architecture.house import ROOT
 from tests.flow.console import Ended
+from tests.flow.printed import agree, check_printed
 from tests.pages import Example, example, examples, pages
 
 PROSE = ("README.md", "rig/README.md", "protocols/README.md", "protocols/rigs/README.md", "drivers/README.md",
          "identify/README.md", "identify/effects/README.md")  # fmt: skip
-NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?")
-SAME = 0.01
-"""Relative: another processor rounds otherwise, and an interval's last digit moves; a worse fit moves far more."""
-OMITTED = "  ..."
 
 
 def typed() -> list[tuple[str, list[str]]]:
@@ -77,29 +73,6 @@ def test_every_yaml_shown_is_accepted(shown: Example, tmp_path: Path) -> None:
 def test_every_stimulus_is_shown() -> None:
     steps = yaml.safe_load(example("protocols/README.md", "every_stimulus.yaml"))["steps"]
     assert {kind for step in steps for kind in step} == set(STIMULI)
-
-
-def agree(told: str, shown: str) -> bool:
-    """Return whether two lines have the same words, and numbers that are the same but for rounding."""
-    if NUMBER.sub("#", told) != NUMBER.sub("#", shown):
-        return False
-    pairs = zip(map(float, NUMBER.findall(told)), map(float, NUMBER.findall(shown)), strict=True)
-    return all(abs(a - b) <= SAME * max(abs(a), abs(b)) for a, b in pairs)
-
-
-def check_printed(ended: Ended, shown: list[str], line: str) -> None:
-    """Assert that what was printed is what is shown, lines left out where the page says so."""
-    assert ended.code == 0, ended
-    rest = ended.out.splitlines()
-    for before, expected in pairwise(["", *shown]):
-        if expected == OMITTED:
-            continue
-        skipped = before == OMITTED
-        while skipped and rest and not agree(rest[0], expected):
-            rest.pop(0)
-        assert rest, (line, expected)
-        assert agree(rest.pop(0), expected), (line, expected)
-    assert not rest or shown[-1] == OMITTED, (line, rest)
 
 
 def type_in(line: str, folder: Path) -> Ended:

@@ -41,3 +41,16 @@ def test_a_loopback_that_names_no_rig_plays_the_protocol_s(folder: Path, device:
 def test_a_loopback_that_names_a_rig_plays_that(folder: Path) -> None:
     assert played(folder, "loopback:other.yaml") == "other"
     assert played(folder, "loopback:", f"loopback:{folder / 'other.yaml'}?seed=2") == "other"
+
+
+def test_a_rig_that_comes_with_the_program_is_called_by_its_name_unless_another_has_it(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(folder)
+    shipped = check("quick_check.yaml")
+    assert shipped.address == "loopback:rigs/opamp_backlash.yaml"
+    (folder / "rigs").mkdir()
+    (folder / "mine.yaml").rename(folder / "rigs" / "opamp_backlash.yaml")
+    again = check("quick_check.yaml")
+    assert again.identity == shipped.identity
+    assert again.address != shipped.address
