@@ -35,9 +35,10 @@ from identify.model import Backlash, LinearF, Model, Physics, Rational
 from identify.natural_units import shown, shown_interval
 from identify.noise import Noise
 from identify.observe import Observation, rms
-from identify.page import answers
+from identify.page import answers, place_pictures
 from identify.page.answers import joined
 from identify.page.document import Imprint
+from identify.page.drawing import embedded
 from identify.page.report import at_first_glance, explanation_page, identification_page
 from identify.page.rig_pictures import border
 from identify.page.thinned import envelope, longest_stretch, outline
@@ -314,18 +315,22 @@ def test_physics_without_a_name_shows_its_shape_and_what_to_do_next() -> None:
         verdict="unexplained", effects=(unnamed,), remaining=Remaining(20.0, "F", "It is located above."),
         held_out=HeldOut(("sine",), "a run of its own", Residuals(0.2034, 0.01013), 0.2034),
     )  # fmt: skip
-    page = Page(explanation_page(told).html())
+    page = Page(explanation_page(told).html_with(lambda panel: ""))
     assert "What it looks like" in page.text("h3")
     assert "staircase of fine steps" in page.text("main")
     assert "probes on v and w" in page.text("main")
     assert "Nothing else in the catalogue" not in page.text("main")
+    (panel,) = place_pictures.shape(unnamed).panels
+    assert "20 mV at" in panel.alt
+    assert embedded(panel).startswith("data:image/svg")
     shape = told.to_dict()["effects"][0]["shape"]
     assert (shape["axis"], len(shape["curves"][0]["value"])) == ("level of w", 9)
 
 
 def test_the_page_names_what_named_physics_alone_leaves() -> None:
     held = HeldOut(("sine",), "a run of its own", Residuals(0.2034, 0.01013), 0.05)
-    words = Page(explanation_page(explanation(verdict="partly_explained", held_out=held)).html()).text("main")
+    page = explanation_page(explanation(verdict="partly_explained", held_out=held))
+    words = Page(page.html_with(lambda panel: "")).text("main")
     assert "held out, named physics alone" in words
     assert "50 mV" in words
 
