@@ -321,7 +321,7 @@ def test_physics_without_a_name_shows_its_shape_and_what_to_do_next() -> None:
     assert "probes on v and w" in page.text("main")
     assert "Nothing else in the catalogue" not in page.text("main")
     (panel,) = place_pictures.shape(unnamed).panels
-    assert "20 mV at" in panel.alt
+    assert "from -19.6 mV at 4.5 V to 19.6 mV at -4.5 V" in panel.alt
     assert embedded(panel).startswith("data:image/svg")
     shape = told.to_dict()["effects"][0]["shape"]
     assert (shape["axis"], len(shape["curves"][0]["value"])) == ("level of w", 9)
