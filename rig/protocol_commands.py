@@ -101,5 +101,6 @@ def schema(kind: str, out: str | None) -> None:
     check_destinations(out)
     if out:
         write_text(out, schema_text(kind))
+        say([f"{out}: the JSON Schema of {kind} files"])
     else:
         click.echo(schema_text(kind), nl=False)
