@@ -2,19 +2,19 @@
 
 import hashlib
 import json
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
-from numpy.typing import NDArray
 
 from identify.trace import LONG, Samples, Step, Stored, blocks
 from rig.contained import check_contained
+from rig.hdf5values import plain, rows_of, table
 from rig.journal import JOURNAL, PAGE, HarmedError, Journal, add_journal
 from rig.recorded import Entry, Equipment, Event, Ledger, Origin, Recording
-from rig.samples import InFile, Received
+from rig.samples import InFile, NotRead, Received
 from rig.seal import NAME, NEEDS, SCHEMA, SIZE, VERSION, seal
 from rig.unfinished import BLOCK, mark
 
@@ -31,8 +31,6 @@ EVENTS = {"kind": str, "text": str, "start": int, "stop": int}
 CHECKSUM = "sha256"
 PACKED_BYTES = 1 << 27  # of a signal that stands in pieces and is put together in memory
 AT_ONCE = LONG  # samples; a longer signal stays in the file and is read by stretches
-
-Columns = Mapping[str, type]
 
 
 class ForeignError(ValueError):
@@ -99,30 +97,54 @@ def load(file: h5py.File, name: str, *, intact: bool, live: bool = False) -> Rec
     refuse_other_schema(file)
     check_contained(file)
     _check_kinds(file)
-    root = _plain(file.attrs)
     wrong = () if intact else mismatches(file)
     position = _acknowledged(file) if JOURNAL in file else None
     if wrong:
         raise ValueError(wrong[0])
-    device = _plain(file["device"].attrs)
-    settings = _plain(file["device/settings"].attrs)
-    equipment = Equipment(settings=settings, calibration=_text(file, "calibration"),
+    inputs = {name: _signal(dataset, position, live) for name, dataset in _inputs(file).items()}
+    return _recording(file, name, inputs, _ledger(file, position), looked_at=intact and position is None)
+
+
+def begun(file: h5py.File, name: str) -> Recording:
+    """Return the recording in ``file`` as it was when its run began: nothing received, and nothing compared.
+
+    However long it is, no sample is read, but those of u where they are few. Raises what ``load`` raises.
+    """
+    refuse_other_schema(file)
+    check_contained(file)
+    _check_kinds(file)
+    inputs: dict[str, Samples] = {name: NotRead(dataset.size) for name, dataset in _inputs(file).items()}
+    ledger = np.broadcast_to(np.uint8(Entry.NOT_RECEIVED), file[LEDGER].shape)
+    return _recording(file, name, inputs, ledger, looked_at=True)
+
+
+def _inputs(file: h5py.File) -> dict[str, h5py.Dataset]:
+    """Return the datasets of what was received, by the name of the input, y first."""
+    own = {name: file[name] for name in ("y", "u_measured") if name in file}
+    return {**own, **dict(file.get(FURTHER, {}))}
+
+
+def _recording(
+    file: h5py.File, name: str, inputs: Mapping[str, Samples], ledger: Ledger, looked_at: bool,
+) -> Recording:  # fmt: skip
+    """Return the recording in ``file`` with these inputs and this ledger."""
+    root, device = plain(file.attrs), plain(file["device"].attrs)
+    equipment = Equipment(settings=plain(file["device/settings"].attrs), calibration=_text(file, "calibration"),
                           **{key: device[key] for key in IDENTITY})
-    origin = Origin(equipment, software=_plain(file["software"].attrs), **{key: root[key] for key in CLOCK})
+    origin = Origin(equipment, software=plain(file["software"].attrs), **{key: root[key] for key in CLOCK})
     return Recording(
-        name=name, u=_signal(file["u"]), y=_signal(file["y"], position, live), ledger=_ledger(file, position),
-        u_measured=_signal(file["u_measured"], position, live) if "u_measured" in file else None,
-        further={name: _signal(dataset, position, live) for name, dataset in file.get(FURTHER, {}).items()},
+        name=name, u=_signal(file["u"]), y=inputs["y"], ledger=ledger, u_measured=inputs.get("u_measured"),
+        further={key: values for key, values in inputs.items() if key not in SIGNALS},
         protocol_text=file["protocol"].asstr()[()], rig_text=file["rig"].asstr()[()],
-        transcript=_text(file, "transcript"), origin=origin, steps=tuple(Step(*row) for row in _rows(file["steps"])),
-        events=tuple(Event(*row) for row in _rows(file["events"])), looked_at=intact and position is None,
+        transcript=_text(file, "transcript"), origin=origin, steps=tuple(Step(*row) for row in rows_of(file["steps"])),
+        events=tuple(Event(*row) for row in rows_of(file["events"])), looked_at=looked_at,
         **{key: root[key] for key in ROOT},
     )
 
 
 def refuse_other_schema(file: h5py.File) -> None:
     """Raise NewerError for a schema this program does not know yet, ForeignError for what is none of ours."""
-    root = _plain(file.attrs)
+    root = plain(file.attrs)
     schema = str(root.get("schema", "no schema"))
     name, _, version = schema.partition("/")
     if name == NAME and version.isdecimal() and int(version) > VERSION:
@@ -191,7 +213,7 @@ def digest(dataset: h5py.Dataset) -> str:
 
 def attributes_digest(file: h5py.File) -> str:
     """Return the SHA-256 of all attributes of the file but this one and those of datasets, as sorted JSON."""
-    held = {name: {key: value for key, value in _plain(file[name].attrs).items() if key != CHECKSUM} for name in GROUPS}
+    held = {name: {key: value for key, value in plain(file[name].attrs).items() if key != CHECKSUM} for name in GROUPS}
     return hashlib.sha256(json.dumps(held, sort_keys=True).encode()).hexdigest()
 
 
@@ -202,8 +224,8 @@ def _datasets(recording: Recording) -> dict[str, tuple[Any, dict[str, str]]]:
         **{place(name): (values, {"unit": "V", "description": SIGNALS.get(name, "a further input as recorded")})
            for name, values in signals.items()},
         "ledger": (recording.ledger, {"description": ENTRIES}),
-        "steps": (_table(recording.steps, STEPS), {"description": "samples [start, stop) of every stimulus"}),
-        "events": (_table(recording.events, EVENTS), {"description": "what happened at samples [start, stop)"}),
+        "steps": (table(recording.steps, STEPS), {"description": "samples [start, stop) of every stimulus"}),
+        "events": (table(recording.events, EVENTS), {"description": "what happened at samples [start, stop)"}),
         "protocol": (recording.protocol_text, {"description": "the protocol file"}),
         "rig": (recording.rig_text, {"description": "the rig file"}),
         **_texts_of_some(recording),
@@ -257,26 +279,3 @@ def _held(file: h5py.File) -> dict[str, h5py.Dataset]:
     found: dict[str, h5py.Dataset] = {}
     file.visititems(lambda name, item: found.update({name: item} if isinstance(item, h5py.Dataset) else {}))
     return found
-
-
-def _plain(attributes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return attributes as plain Python values."""
-    return {key: value.item() if isinstance(value, np.generic) else value for key, value in attributes.items()}
-
-
-def _table(rows: Sequence[object], columns: Columns) -> NDArray[np.void]:
-    """Return rows as a table; its text has a fixed length in UTF-8 bytes, which every HDF5 reader knows."""
-    values = [tuple(getattr(row, key).encode() if kind is str else getattr(row, key) for key, kind in columns.items())
-              for row in rows]
-    types = [(key, h5py.string_dtype("utf-8", _longest(values, at)) if kind is str else np.dtype(np.int64))
-             for at, (key, kind) in enumerate(columns.items())]
-    return np.array(values, dtype=np.dtype(types))
-
-
-def _longest(values: Sequence[tuple[Any, ...]], column: int) -> int:
-    return max((len(row[column]) for row in values), default=0) or 1
-
-
-def _rows(table: h5py.Dataset) -> list[tuple[Any, ...]]:
-    """Return the rows of a table as plain values."""
-    return [tuple(cell.decode() if isinstance(cell, bytes) else int(cell) for cell in row) for row in table[:].tolist()]

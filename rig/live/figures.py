@@ -18,7 +18,7 @@ SHAPES = {"loading": ("triangle", GREEN), "unloading": ("inverted_triangle", PUR
           "saturated": ("x", VERMILION)}  # fmt: skip
 KNOWN = ("u_measured", "v", "w")
 DASHES = ("dotdash", "dotted", "dashdot", "dashed")
-HEIGHT = 340
+HEIGHT, TALL = 340, 400
 
 
 @dataclass(frozen=True)
@@ -63,10 +63,10 @@ def _end_s(watch: Watch) -> float:
     return watch.about.start_s + watch.about.size / watch.about.rate_hz
 
 
-def _legend(made: figure) -> figure:
+def _legend(made: figure, ncols: int = 3) -> figure:
     """Put the legend above the picture, where it hides nothing, and let a click hide a line."""
     legend = made.legend[0]
-    legend.update(orientation="horizontal", click_policy="hide", ncols=3, label_text_font_size="11px", padding=2,
+    legend.update(orientation="horizontal", click_policy="hide", ncols=ncols, label_text_font_size="11px", padding=2,
                   spacing=4, border_line_color=None, label_text_color=BLACK)
     made.add_layout(legend, "above")
     return made
@@ -121,4 +121,5 @@ def _loop(watch: Watch, sources: dict[str, ColumnDataSource]) -> figure:
                                    line_width=1.5, fill_color=colour if marker != "square" else "white",
                                    legend_label=f"settled, {branch}"))
     made.y_range = DataRange1d(renderers=[last, model, *points])  # borders run on, as far as v was met
-    return _legend(made)
+    made.height = TALL
+    return _legend(made, 2)  # three columns are wider than a phone

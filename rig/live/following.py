@@ -1,8 +1,9 @@
 """What has come into a recording since it was last looked at, and how does its run stand?
 
-A recording that grows is read past the HDF5 library, sample by sample as they are acknowledged, through one descriptor
-that is kept: the run never waits for who reads it, and where the finished file takes the place of the one that grew,
-that one is read to its end. A finished recording is followed from its first sample to its last in the same way.
+Of a recording that grows the bytes that do not grow are compared, and its samples are read past the HDF5 library
+as they are acknowledged, through one descriptor that is kept: the run never waits for who reads it, and where the
+finished file takes the place of the one that grew, that one is read to its end. A finished recording is followed from
+its first sample to its last in the same way.
 """
 
 import os
@@ -14,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
+import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,7 +23,7 @@ from identify.trace import Array, Intersample, Samples, Step
 from rig.journal import JOURNAL, STRETCH, shape_of
 from rig.recorded import Event, Initial, Recording
 from rig.recording import DAMAGE, judged, read, told
-from rig.recordingfile import FURTHER, LEDGER
+from rig.recordingfile import FURTHER, LEDGER, begun
 from rig.samples import InFile
 from rig.seal import Seal
 from rig.unfinished import LEFT, STILL, inspect, spoken
@@ -158,7 +160,9 @@ class _Growing(Following):
         """Open it; raise OSError, HarmedError and their like for what is finished meanwhile, or damaged."""
         self._file = path.open("rb", buffering=0)
         weakref.finalize(self, self._file.close)
-        self._extents, recording = inspect(path).extents, read(path)
+        self._extents = inspect(path).extents
+        with h5py.File(path, "r") as file:
+            recording = begun(file, path.stem)
         if not os.path.samestat(os.fstat(self._file.fileno()), path.stat()):
             raise OSError("the recording was replaced while it was opened")
         super().__init__(About.of(recording), os.fstat(self._file.fileno()))

@@ -12,6 +12,7 @@ import os
 import select
 import sys
 import time
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import final
 
@@ -39,6 +40,8 @@ class Live:
         """Begin to listen; raise UsageError where that cannot be. Without a recording the order's is waited for."""
         self._order, self._page, self._segment = order, Page(), 0
         self._alone = following is not None
+        self._opener = ThreadPoolExecutor(1)
+        self._opened: Future[Following] | None = None
         self._last_looked_s = self._last_drawn_s = time.monotonic()
         if following is not None:
             self._page.begin(following)
@@ -52,13 +55,18 @@ class Live:
             IOLoop.current().start()
         finally:
             turns.stop()
-            self.server.stop()
+            self.close()
+
+    def close(self) -> None:
+        """Listen no more."""
+        self.server.stop()
+        self._opener.shutdown()
 
     def _turn(self) -> None:
         """Look at the recording, ten times a second."""
         if self._page.watch is None:
-            self._begin(Path(self._order.path), self._order.before)
-            if self._page.watch is None and _left_alone():
+            begins = self._begin(Path(self._order.path), self._order.before) or self._opened is not None
+            if not begins and _left_alone():
                 IOLoop.current().stop()
             return
         if self._moves() or time.monotonic() - self._last_drawn_s > BEAT_S:
@@ -71,23 +79,28 @@ class Live:
         watch = self._page.watch
         return watch is not None and (watch.stands.going_on or watch.behind > 0)
 
-    def _begin(self, path: Path, before: tuple[int, int] | None = None) -> None:
-        """Show the recording at ``path`` when there is one that is not ``before``."""
-        try:
-            there = path.stat()
-            if before is None or [there.st_dev, there.st_ino] != list(before):
-                self._page.begin(follow(path))
-        except (OSError, FileError):
-            return  # not there yet, or replaced at this moment: looked for again
+    def _begin(self, path: Path, before: tuple[int, int] | None = None) -> bool:
+        """Show the recording at ``path`` once there is one that is not ``before``; return whether it is shown now.
+
+        A long one is looked at for a while before it is trusted, by another thread: the page answers meanwhile.
+        """
+        if self._opened is None and _is_another(path, before):
+            self._opened = self._opener.submit(follow, path)
+        if self._opened is None or not self._opened.done():
+            return False
+        opened, self._opened = self._opened, None
+        if isinstance(opened.exception(), (OSError, FileError)):
+            return False  # replaced at this moment: looked for again
+        self._page.begin(opened.result())
+        return True
 
     def _go_on(self) -> None:
         """Show the retry of a run that lost samples, when one is recorded."""
         if self._alone or self._moves() or self._segment == MOST:
             return
         path = path_of(Path(self._order.path), self._segment + 1)
-        if being_written(path):
+        if being_written(path) and self._begin(path):
             self._segment += 1
-            self._begin(path)
 
     def _end(self) -> None:
         """Stop serving once the run has ended and nobody looked for long; one who asked for a page alone ends it."""
@@ -96,6 +109,15 @@ class Live:
             self._last_looked_s = now_s
         if not self._alone and now_s - self._last_looked_s > self._order.idle_s:
             IOLoop.current().stop()
+
+
+def _is_another(path: Path, before: tuple[int, int] | None) -> bool:
+    """Return whether there is a file that is not the one told by device and inode."""
+    try:
+        there = path.stat()
+    except OSError:
+        return False
+    return before is None or [there.st_dev, there.st_ino] != list(before)
 
 
 def quieten() -> None:

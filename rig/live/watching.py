@@ -123,5 +123,5 @@ def _limits(about: About) -> Limits | None:
     """Return the limits of the protocol that is played, None where none can be told."""
     try:
         return limits_in(about.protocol_text)
-    except (FileError, MisfitError):
+    except (FileError, MisfitError, KeyError, TypeError):  # the text may be anybody's
         return None

@@ -1,5 +1,6 @@
 """Is a recording followed to its last sample while it grows, is finished and replaced, or left by a killed program?"""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -53,6 +54,26 @@ def test_samples_come_as_they_are_acknowledged_and_gaps_stay_gaps(tmp_path: Path
     assert np.array_equal(np.concatenate([each.entries for each in got]), recording.ledger)
     assert np.array_equal(joined(got, "y"), recording.y[:], equal_nan=True)
     assert np.count_nonzero(recording.ledger == Entry.LOST) == 100
+
+
+def test_a_long_run_is_opened_without_a_look_at_its_samples(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, read_at = tmp_path / "run.h5", []
+    with Writer(path, a_plan(3 * STRETCH), EQUIPMENT) as writer:
+        writer.append(0, np.zeros(2 * STRETCH))
+        monkeypatch.setattr(h5py.Dataset, "__getitem__", _noted(read_at, h5py.Dataset.__getitem__))
+        assert follow(path).standing().acknowledged == 2 * STRETCH
+        monkeypatch.undo()
+    assert not {"/y", "/ledger", "/journal"} & set(read_at)
+
+
+def _noted(names: list[str], get: Callable[..., object]) -> Callable[..., object]:
+    """Return a way to read a dataset that notes its name."""
+
+    def noted(dataset: h5py.Dataset, *arguments: object) -> object:
+        names.append(dataset.name)
+        return get(dataset, *arguments)
+
+    return noted
 
 
 def test_a_run_that_was_left_is_told_from_one_that_goes_on(tmp_path: Path) -> None:
