@@ -6,12 +6,15 @@ catalogue, the README table and the tests follow from that file alone.
 """
 
 from abc import abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Self
 
+import numpy as np
+
 from identify.chain import Chain
-from identify.stage import Parameter, Place, Stage
+from identify.stage import Grid, Parameter, Place, Stage
+from identify.trace import Array
 
 if TYPE_CHECKING:
     from identify.evidence import Evidence
@@ -48,6 +51,7 @@ class Effect(Stage):
     places: ClassVar[tuple[Place, ...]]
     brings: ClassVar[tuple[str, ...]] = ()  # ids of blemishes of the readings that are its own doing
     elsewhere: ClassVar[tuple[Place, ...]] = ()  # where the same law would be other physics than this
+    by_chance: ClassVar[bool] = False  # whether its law is only the mean of what it does, and ``course`` one of many
     forms: ClassVar[tuple[str, ...]] = ("",)
     declared: ClassVar[tuple[Parameter, ...]]
     absent: ClassVar[Mapping[str, float]]  # by short name
@@ -96,6 +100,10 @@ class Effect(Stage):
     def upright(self, chain: Chain) -> Chain:
         """Return ``chain`` with this effect's values in their one form, where several say the same; itself if so."""
         return chain
+
+    def course(self, values: Sequence[float], grid: Grid, size: int, rng: np.random.Generator) -> Array:
+        """Return one course that physics ruled by chance may take, V, shape (size,): noise behind its place."""
+        raise NotImplementedError(f"{self.id} is not ruled by chance")
 
     @abstractmethod
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:

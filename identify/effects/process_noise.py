@@ -1,5 +1,6 @@
 """Noise in front of the gap, rectified by it: the level is ratcheted outward."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar, final
 
@@ -10,6 +11,7 @@ from identify.effects.effect import Confusion
 from identify.effects.inside_play import InsidePlay
 from identify.ratchet import Kind
 from identify.stage import Grid, Parameter, Place, Values
+from identify.trace import Array
 
 if TYPE_CHECKING:
     from identify.evidence import Evidence
@@ -35,6 +37,7 @@ class ProcessNoise(InsidePlay):
     fingerprint = "F ratchets: the level creeps outward with hold time"
     places = (Place.G1,)
     brings = ("coloured_noise",)  # w wanders about its mean
+    by_chance = True
     forms = ("low-pass", "white")
     declared = (SD, BANDWIDTH)
     absent: ClassVar = {"sd": 0.0, "bandwidth": 1e3}
@@ -56,6 +59,14 @@ class ProcessNoise(InsidePlay):
         kind: Kind = "white" if self.form == "white" else "low-pass"
         per_hz = 1.0 if kind == "white" else 2.0 * np.pi
         return replace(law, noise_v=sd_v, kind=kind, renewed=per_hz * bandwidth_hz * grid.step_s)
+
+    def course(self, values: Sequence[float], grid: Grid, size: int, rng: np.random.Generator) -> Array:
+        """Return a course of the noise at v, V, shape (size,)."""
+        sd_v, bandwidth_hz = values
+        over = np.fft.rfftfreq(size, grid.step_s) / bandwidth_hz
+        passed = (over <= 1.0).astype(np.float64) if self.form == "white" else 1.0 / np.sqrt(1.0 + np.square(over))
+        noise = np.fft.irfft(np.fft.rfft(rng.standard_normal(size)) * passed, size)
+        return np.asarray(sd_v * noise / np.sqrt(np.mean(np.square(passed))))
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the bandwidth, tried below and above the sample rate, that explains most with the noise it needs."""

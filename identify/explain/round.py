@@ -14,6 +14,7 @@ HOPEFUL = 0.03  # share of the best promise at its start below which a candidate
 DOUBTFUL = 0.05  # probability of a start's gain by chance above which nothing speaks for an effect
 FITTED_A_ROUND = 8
 PROMISING = 0.2  # share of the best promise below which a candidate is not fitted
+NEARLY = 0.9  # share of the best promise that the samples' own grid, on which promises are made, may mistake
 COMPARED = 60.0  # of twice the log of odds: what is further behind is as good as excluded
 SLACK = 30.0  # times the probability at which chance is excluded, up to which a candidate is fitted
 HOPELESS = -1000.0  # of the criterion: an effect this far behind when it was tried is not tried again
@@ -27,6 +28,7 @@ class Round:
     screened: tuple[Candidate, ...]
     tried: tuple[Hypothesis, ...]
     settled: Hypothesis | None = None  # the winner, once the effects before it were looked at again beside it
+    passed_over: tuple[Promise, ...] = ()  # what promised nearly as much as the best, and was not fitted
 
     @property
     def information(self) -> float:
@@ -79,6 +81,13 @@ def chance(candidate: Candidate, gain: float, runs: int) -> float:
     """Return how likely noise alone would make an effect, its parameters free, gain so much."""
     parameters = sum((1 + is_angle(p)) * (runs if p.local else 1) for p in candidate.effect.parameters())
     return float(chi2_distribution.sf(max(gain, 0.0), parameters))
+
+
+def passed_over(promises: Sequence[Promise], fitted: Sequence[Promise]) -> tuple[Promise, ...]:
+    """Return what was not fitted although it promises nearly as much as the best: a finer grid may turn the order."""
+    best = max((p.gain for p in fitted), default=0.0)
+    left = [p for p in promises if p not in fitted and p.gain > NEARLY * best]
+    return tuple(sorted(left, key=lambda p: -p.gain)[:FITTED_A_ROUND])
 
 
 def promising(promises: Sequence[Promise], tried: int, runs: int) -> list[Promise]:

@@ -13,9 +13,10 @@ from scipy.linalg import LinAlgError
 from identify.chain import Chain
 from identify.effects.effect import Effect
 from identify.evidence import Evidence, candidates
+from identify.explain.chance import scatters_more
 from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
 from identify.explain.promise import Promise, promised
-from identify.explain.round import COMPARED, Round, hopeful, promising, ranked
+from identify.explain.round import COMPARED, Round, hopeful, passed_over, promising, ranked
 from identify.fit import chi_squared, fit
 from identify.observe import Observation, refined
 from identify.phases import scanned
@@ -108,8 +109,15 @@ class Bench:
         screened = candidates(evidence, self.kinds)
         runs = len(self.observations)
         hopes = [promised(evidence, c) for c in hopeful(screened, runs)]
-        tried = self.raced(base, promising(hopes, len(screened), runs))
-        return Round(base, tuple(screened), ranked(base, [*tried, *self.fuller(base, tried)]))
+        worth = promising(hopes, len(screened), runs)
+        tried = self.raced(base, worth)
+        fitted = [h for h in (*tried, *self.fuller(base, tried)) if self.possible(h)]
+        return Round(base, tuple(screened), ranked(base, fitted), passed_over=passed_over(hopes, worth))
+
+    def possible(self, hypothesis: Hypothesis) -> bool:
+        """Return whether none of its effects implies more scatter than there is."""
+        chain = hypothesis.fit.chain
+        return not any(scatters_more(chain, effect, self.observations) for effect in hypothesis.effects)
 
     def raced(self, base: Hypothesis, promises: Sequence[Promise]) -> list[Hypothesis]:
         """Fit candidates side by side, a few iterations at a time; one that cannot come near is not fitted further."""
@@ -158,7 +166,15 @@ class Bench:
             return self, this
         tried = [finer.fitted(rival.fit.chain, rival.effects) for rival in close]
         base = finer.fitted(this.base.fit.chain, this.base.effects)
-        return finer, replace(this, base=base, tried=(*ranked(base, tried), *this.tried[len(tried) :]))
+        late = finer.overtaking(this, min((h.chi2 for h in tried), default=base.chi2), base)
+        return finer, replace(this, base=base, tried=(*ranked(base, [*tried, *late]), *this.tried[len(tried) :]))
+
+    def overtaking(self, this: "Round", best: float, base: Hypothesis) -> list[Hypothesis]:
+        """Fit what was passed over on the samples' grid and on this one comes near ``best`` before it is fitted."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            left = [(p, sum(chi_squared(p.chain, o) for o in self.observations)) for p in this.passed_over]
+        near = [p for p, chi2 in left if chi2 - p.slack < best + COMPARED]
+        return [h for h in self.raced(base, near) if self.possible(h)]
 
     def extended(self, base: Hypothesis, promise: Promise) -> Hypothesis:
         """Fit ``base`` with one more effect for a few iterations, and its angles until they stay."""

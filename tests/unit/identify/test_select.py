@@ -6,8 +6,10 @@ import pytest
 
 from identify.effects import catalogue, chain_of
 from identify.effects.effect import Effect
+from identify.evidence import Candidate
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located
+from identify.explain.promise import Promise
 from identify.explain.rivals import odds
 from identify.explain.round import Round
 from identify.explain.select import DECISIVE, Bench, selected
@@ -121,3 +123,18 @@ def test_a_plain_fit_that_had_not_come_to_its_end_is_no_physics():
     assert final.effects == ()
     assert abs(final.misfit) < 0.1
     assert rounds[0].base.misfit == pytest.approx(final.misfit)
+
+
+def test_what_was_passed_over_is_fitted_where_the_grid_of_the_fits_brings_it_near():
+    slow = recorded(RC, staircase("walk", FIG13_LEVELS_V, 0.02), (Concealed("extra_pole in G2", {"tau": 63.4e-6}),))
+    observation = observed(noisy(slow, 2e-3, 5), 2e-3, 1)
+    bench = Bench(chain_of(model_of(RC)), (observation,), (), tuple(catalogue().values()))
+    delay, pole = catalogue()["dead_time"](Place.G2), catalogue()["extra_pole"](Place.G2)
+    base = bench.fitted(bench.plain, ())
+    only = bench.fitted(bench.with_effects([delay], {"dead_time.delay": 6e-5}), [delay])
+    near, far = (bench.with_effects([pole], {"extra_pole.tau": tau}) for tau in (6e-5, 5e-3))
+    passed = tuple(Promise(Candidate(pole, {}, 0.0), chain, 0.0) for chain in (near, far))
+    this = Round(base, (), (only,), passed_over=passed)
+    (late,) = bench.overtaking(this, only.chi2, base)
+    assert late.chi2 < only.chi2
+    assert late.fit.chain.values["extra_pole.tau"] == pytest.approx(63.4e-6, rel=0.1)

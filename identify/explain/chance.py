@@ -1,0 +1,66 @@
+"""Does physics that acts by chance scatter more than is left of the readings?
+
+Of noise in front of the gap the catalogue's law is the mean of what it does to w. Beside that, w wanders from moment to
+moment, and that must be in the readings: a law that implies more of it than a model leaves in all is not at work.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from identify.chain import Chain, advance, grid_of
+from identify.effects.effect import Effect, short
+from identify.observe import Observation
+from identify.stage import Block, Run
+from identify.trace import Array
+
+INSTANTS = 1 << 18  # of a run that are looked at, at most
+COURSES = 2
+MORE = 2.0  # times what is left, in energy: courses of chance differ
+
+
+def scatters_more(chain: Chain, effect: Effect, observations: tuple[Observation, ...]) -> bool:
+    """Return whether what an effect in a chain does by chance is more than all that the chain leaves of readings."""
+    if not effect.by_chance:
+        return False
+    scattered, left = 0.0, 0.0
+    for number, o in enumerate(observations):
+        use = o.use[: _samples(o)]
+        first, second = _courses(chain, effect, o, number)
+        scattered += 0.5 * float(np.sum(np.square(first - second)[use]))
+        left += float(np.sum(np.square(o.residual(chain)[: use.size][use])))
+    return scattered > MORE * left
+
+
+def _samples(observation: Observation) -> int:
+    """Return how many samples of a run are looked at."""
+    return min(observation.trace.size, INSTANTS // observation.substeps)
+
+
+def _courses(chain: Chain, effect: Effect, observation: Observation, number: int) -> list[Array]:
+    """Return answers in which the effect's noise takes different courses, V."""
+    grid, size = grid_of(observation.trace, observation.substeps), _samples(observation) * observation.substeps
+    quiet = chain.with_values({p.name: effect.absent[short(p.name)] for p in effect.parameters()})
+    at, values = quiet.index(effect.place), [chain.values[p.name] for p in effect.parameters()]
+    noises = [effect.course(values, grid, size, np.random.default_rng([number, i])) for i in range(COURSES)]
+    head, tails = quiet.begin(grid)[:at], [quiet.begin(grid, at) for _ in noises]
+    answers: list[list[Array]] = [[] for _ in noises]
+    for piece in observation.pieces():
+        block = piece.entering
+        for stage in head:
+            block = advance(stage, block)
+        for noise, tail, answer in zip(noises, tails, answers, strict=True):
+            answer.append(_behind(tail, block, noise[block.first : block.first + block.signal.size]))
+        if block.first + block.signal.size >= size:
+            break
+    return [np.concatenate(answer)[: _samples(observation)] for answer in answers]
+
+
+def _behind(tail: Sequence[Run], block: Block, noise: Array) -> Array:
+    """Return what the rest of a chain answers where noise is added, at the samples."""
+    noisy = block.signal + np.pad(noise, (0, block.signal.size - noise.size))
+    block = replace(block, signal=noisy)
+    for stage in tail:
+        block = advance(stage, block)
+    return block.signal[:: block.grid.substeps]
