@@ -133,7 +133,7 @@ def test_what_was_passed_over_is_fitted_where_the_grid_of_the_fits_brings_it_nea
     base = bench.fitted(bench.plain, ())
     only = bench.fitted(bench.with_effects([delay], {"dead_time.delay": 6e-5}), [delay])
     near, far = (bench.with_effects([pole], {"extra_pole.tau": tau}) for tau in (6e-5, 5e-3))
-    passed = tuple(Promise(Candidate(pole, {}, 0.0), chain, 0.0) for chain in (near, far))
+    passed = tuple(Promise(Candidate(pole, {}, 0.0), chain, 0.0, slack=500.0) for chain in (near, far))
     this = Round(base, (), (only,), passed_over=passed)
     (late,) = bench.overtaking(this, only.chi2, base)
     assert late.chi2 < only.chi2
