@@ -13,16 +13,23 @@ if TYPE_CHECKING:
     from identify.evidence import Evidence
 
 RATE = Parameter("slew_limit.rate", "V/s", "log")
+LAG = Parameter("slew_limit.lag", "s", scale=1e-4, least=0.0)
+SHARPEST = 1e-3  # steps: a lag that no longer rounds
+LAGS = (0.5, 2.0, 8.0, 32.0)  # samples
 SHARES = (0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.97)  # of the fastest rate of w: a limit may only just be met
 
 
 @final
 class SlewLimit(Effect):
-    """w followed at no more than a rate, the same up and down, by the amplifier that puts F out."""
+    """w followed at no more than a rate, the same up and down, by the amplifier that puts F out.
+
+    Rounded as it is in an amplifier whose input stage gives a current of the tanh of its voltage: what is near is
+    followed with a lag, what is far at the rate (J. E. Solomon, IEEE J. Solid-State Circuits 9 (1974) 314).
+    """
 
     id = "slew_limit"
     title = "slew limit"
-    equation = "w' follows w, |dw'/dt| <= rate"
+    equation = "w' follows w, |dw'/dt| <= rate; rounded: dw'/dt = rate tanh((w - w') / (rate lag))"
     sentence = (
         "The output of F moves no faster than {}: an amplifier there runs into its slew rate; drive it with smaller or "
         "slower steps, or take a faster one or a smaller capacitor."
@@ -31,23 +38,33 @@ class SlewLimit(Effect):
     fingerprint = "straight edges of fixed slope"
     quick = True
     places = (Place.F,)
-    declared = (RATE,)
-    absent: ClassVar = {"rate": float("inf")}
+    forms = ("", "rounded")
+    declared = (RATE, LAG)
+    absent: ClassVar = {"rate": float("inf"), "lag": 0.0}
     confused_with = (
         Confusion("extra_pole", "steps of two sizes: a pole rounds both alike, a slew limit spares the small one"),
         Confusion("rate_dependent_gap", "sines of one frequency and rising amplitude: a limit begins at one rate"),
         Confusion("saturation", "a slow sine of the same amplitude: a rail is met there too, a slew limit is not"),
     )
-    example: ClassVar = {"rate": 900.0}
+    example: ClassVar = {"rate": 900.0, "lag": 3e-4}
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Return the rate, and the lag of one that is rounded."""
+        return self.declared if self.form else (RATE,)
 
     def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
         """Return the running follower, at rest; what it follows by leaps it follows in straight lines."""
-        most, level = values[0] * grid.step_s, 0.0
+        most, level, before = values[0] * grid.step_s, 0.0, 0.0
+        lag = values[1] / grid.step_s if self.form else 0.0
 
         def run(block: Block) -> Array:
-            nonlocal level
+            nonlocal level, before
             out = np.empty_like(block.signal)
-            level = kernels.slewed(most, level, block.signal, out)
+            if lag > SHARPEST and np.isfinite(most):
+                level = kernels.slewed_softly(most, lag, level, before, block.signal, out)
+                before = float(block.signal[-1])
+            else:
+                level = kernels.slewed(most, level, block.signal, out)
             return out
 
         return run, Ramp() if np.isfinite(most) else shape
@@ -55,5 +72,8 @@ class SlewLimit(Effect):
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the limit, tried at shares of the fastest rate of w, that explains most."""
         top = evidence.rates(Place.F)[-1]
-        best = evidence.best(self, [{"rate": share * top} for share in SHARES])
+        options = [{"rate": share * top} for share in SHARES]
+        if self.form:
+            options = [{**option, "lag": n * evidence.sample_s} for option in options[::2] for n in LAGS]
+        best = evidence.best(self, options)
         return [best] if best else []

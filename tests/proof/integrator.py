@@ -133,6 +133,22 @@ def absorbing_play(lower, upper, fraction, follow):  # type: ignore[no-untyped-d
     return w
 
 
+@njit
+def slewing(signal, rate, lag, step_s):  # type: ignore[no-untyped-def]  # compiled
+    """Follow a signal by dw/dt = rate tanh((signal - w) / (rate lag)), by steps of Runge and Kutta's, from rest."""
+    out, level, before = np.empty_like(signal), 0.0, 0.0
+    for k in range(signal.size):
+        middle = 0.5 * (before + signal[k])
+        one = rate * np.tanh((before - level) / (rate * lag))
+        two = rate * np.tanh((middle - level - 0.5 * step_s * one) / (rate * lag))
+        three = rate * np.tanh((middle - level - 0.5 * step_s * two) / (rate * lag))
+        four = rate * np.tanh((signal[k] - level - step_s * three) / (rate * lag))
+        level += step_s * (one + 2.0 * two + 2.0 * three + four) / 6.0
+        before = signal[k]
+        out[k] = level
+    return out
+
+
 @njit(cache=True)
 def slewed(signal, largest_change):  # type: ignore[no-untyped-def]  # compiled
     """Return the signal followed by a stage that moves at most ``largest_change`` a sub-step."""

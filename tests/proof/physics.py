@@ -23,6 +23,7 @@ from tests.proof.integrator import (
     linear_block,
     play,
     slewed,
+    slewing,
     soft_play,
 )
 from tests.proof.rigs import Rig
@@ -201,6 +202,14 @@ def slew_limit(w: Array, scene: Scene) -> Array:
     return slewed(w, scene.values["rate"] * scene.grid.step_s)
 
 
+def rounded_slew(w: Array, scene: Scene) -> Array:
+    """Let w be followed by an amplifier whose input stage saturates: dw'/dt = rate tanh((w - w') / (rate lag)).
+
+    Fourth-order Runge-Kutta, w straight between the instants.
+    """
+    return slewing(w, scene.values["rate"], scene.values["lag"], scene.grid.step_s)
+
+
 def absorption(w: Array, scene: Scene) -> Array:
     """Creep after every step: w' = (1 - fraction) w + fraction * w seen through 1/(1 + s tau)."""
     slow = _lag(w, scene.values["tau"], scene)
@@ -370,6 +379,7 @@ WHERE: dict[str, tuple[Place, Change]] = {
     "diode_clamp, lower": ("w", diode_clamp_lower),
     "diode_clamp, both": ("w", diode_pair),
     "slew_limit": ("w", slew_limit),
+    "slew_limit, rounded": ("w", rounded_slew),
     "absorption": ("w", absorption),
     "absorption on plateaus": ("play", absorption_on_plateaus),
     "extra_pole in G2": ("x", extra_pole),

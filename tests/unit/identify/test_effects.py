@@ -83,6 +83,10 @@ TWINS = {
         OP_AMP, Concealed("rate_dependent_gap", {"k": 2.3e-4}), Physics("rate_dependent_gap", {"k": 2.3e-4}),
     ),
     "slew limit": (OP_AMP, Concealed("slew_limit", {"rate": 1130.0}), Physics("slew_limit", {"rate": 1130.0})),
+    "rounded slew": (
+        OP_AMP, Concealed("slew_limit, rounded", {"rate": 1130.0, "lag": 4e-4}),
+        Physics("slew_limit", {"rate": 1130.0, "lag": 4e-4}, form="rounded"),
+    ),
     "feedthrough": (OP_AMP, Concealed("feedthrough", {"k": 0.037}), Physics("feedthrough", {"k": 0.037})),
     "steps of the DAC": (
         OP_AMP, Concealed("dac_quantisation", {"lsb": 0.0471}), Physics("dac_quantisation", {"lsb": 0.0471}),
