@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 
-from identify import kernels
+from identify import following
 from identify.effects.effect import Confusion, Effect
 from identify.stage import Block, Grid, Parameter, Place, Ramp, Run, Shape, Values
 from identify.trace import Array
@@ -61,10 +61,10 @@ class SlewLimit(Effect):
             nonlocal level, before
             out = np.empty_like(block.signal)
             if lag > SHARPEST and np.isfinite(most):
-                level = kernels.slewed_softly(most, lag, level, before, block.signal, out)
+                level = following.slewed_softly(most, lag, level, before, block.signal, out)
                 before = float(block.signal[-1])
             else:
-                level = kernels.slewed(most, level, block.signal, out)
+                level = following.slewed(most, level, block.signal, out)
             return out
 
         return run, Ramp() if np.isfinite(most) else shape

@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from identify import kernels
+from identify.following import slewed
 
 QUICK = settings(deadline=None, max_examples=60)
 LEVELS = st.floats(-10.0, 10.0, width=32)
@@ -125,7 +126,7 @@ def test_a_dielectric_shares_the_charge_that_is_held_and_keeps_none_back():
 @given(SIGNALS, st.floats(0.01, 5.0))
 def test_a_slewed_signal_follows_as_fast_as_it_may(signal, most):
     out = np.empty(signal.size)
-    assert kernels.slewed(most, 0.0, signal, out) == out[-1]
+    assert slewed(most, 0.0, signal, out) == out[-1]
     level = 0.0
     for value, followed in zip(signal, out, strict=True):
         level = level + np.clip(value - level, -most, most)
