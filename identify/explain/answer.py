@@ -24,7 +24,7 @@ from identify.explain.explanation import (
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import LIKELY
 from identify.explain.neighbours import spanning
-from identify.explain.phrases import described, listed, stretch_told
+from identify.explain.phrases import called, described, listed, stretch_told
 from identify.explain.prove import Proof, proven
 from identify.explain.readings import Readings, location
 from identify.explain.readings import finding as of_readings
@@ -238,7 +238,7 @@ class Answer:
         times = f"{self.before_v / self.noise_v:.3g} times the noise"
         if self.verdict == "consistent":
             return "Simulation and recordings agree to the noise: nothing is missing from the model."
-        names = listed([f"{f.id} at {f.stage}" for f in findings])
+        names = listed([called(f) for f in findings])
         after = f"{self.after_v / self.noise_v:.3g} times"
         if self.verdict == "explained":
             return f"The mismatch is explained by {names}: the held-out residual falls from {times} to {after}."
