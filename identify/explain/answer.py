@@ -9,7 +9,7 @@ from identify.chain import Chain, model_of
 from identify.delay import device_doubt_s
 from identify.effects import physics_in, would_separate
 from identify.effects.effect import Effect, short
-from identify.explain.confirm import CONVINCING, adapted, held_out_rms, would_tell
+from identify.explain.confirm import CONVINCING, adapted, held_out_rms, most_believed, would_tell
 from identify.explain.explanation import (
     Explanation,
     Finding,
@@ -133,6 +133,10 @@ class Answer:
     def finding(self, effect: Effect) -> Finding:
         """Return what is said of one effect."""
         probability, others = odds(self.bench, self.better, effect, self.rounds, self.beyond)
+        most = 1.0 if self.unvisited else most_believed(self.before_v / self.noise_v, self.named_over)
+        if probability > most:
+            others = tuple(replace(o, probability=o.probability * most / probability) for o in others)
+            probability = most
         parameters = self.parameters(effect)
         values = listed([f"{name} {shown_interval(interval, unit)}" for name, (interval, unit) in parameters.items()])
         told = [would_separate(effect.id, effect.place.label, o.id, o.stage) for o in others]

@@ -10,6 +10,7 @@ from identify.observe import Observation, pooled_rms
 from identify.phases import scanned
 
 BLOCKS = 40  # stretches over which differences of squared residuals are averaged
+UNFINISHED, MUCH, EVEN = 1.5, 0.05, 0.5  # times the noise left on held-out data; share of what was met; probability
 CONVINCING = 2.0  # standard errors by which held-out data must side with a finding that the training data proved
 
 
@@ -56,3 +57,12 @@ def would_tell(better: Chain, worse: Chain, observations: Sequence[Observation])
     """Return by how many standard errors held-out data would side with ``better`` if it were right."""
     changes = (o.used_residual(worse) - o.used_residual(better) for o in observations)
     return float(np.sqrt(sum(float(d @ d) / o.noise_v**2 for d, o in zip(changes, observations, strict=True))))
+
+
+def most_believed(met: float, left: float) -> float:
+    """Return the most a name may be given, where held-out data had ``met`` times the noise and names leave ``left``.
+
+    None is likelier than not where much of the mismatch is unexplained: what explains the rest may explain all of it.
+    """
+    much = left**2 - 1.0 > MUCH * (met**2 - 1.0)
+    return EVEN if left > UNFINISHED and much else 1.0

@@ -249,12 +249,15 @@ def fitted_from(bench: Bench, base: Hypothesis, found: Suspect) -> Hypothesis:
 
 
 def ended(bench: Bench, fitted: list[tuple[Correction, Hypothesis]]) -> list[tuple[Correction, Hypothesis]]:
-    """Fit to the end what has not come there and is near enough to the best that the order could change."""
+    """Fit to the end what has not come there and is near enough to the best that the order could change.
+
+    A table as fine as the data was solved, and is at its end.
+    """
     close = [h.chi2 < NEAR * min(other.chi2 for _, other in fitted) for _, h in fitted]
     if sum(close) < 2:
         return fitted
     return [
-        (c, bench.fitted(h.fit.chain, h.effects) if near and not h.fit.converged else h)
+        (c, bench.fitted(h.fit.chain, h.effects) if near and not h.fit.converged and len(c.knots) <= MOST else h)
         for (c, h), near in zip(fitted, close, strict=True)
     ]
 

@@ -17,8 +17,14 @@ Columns = dict[str, NDArray[Any]]
 def columns(watch: Watch) -> dict[str, Columns]:
     """Return what each source of the page holds now, by name: numbers alone, times in s, levels in V."""
     points = {branch: _points(watch, branch) for branch in BRANCHES}
-    return {"latest": _latest(watch), "whole": _whole(watch), "residual": _residual(watch), "hull": _hull(watch),
+    held = {"latest": _latest(watch), "whole": _whole(watch), "residual": _residual(watch), "hull": _hull(watch),
             "trail": _trail(watch), "borders": _borders(watch), **points}
+    return {name: _begun(each) for name, each in held.items()}
+
+
+def _begun(held: Columns) -> Columns:
+    """Return columns, those with nothing in them yet with a point that is nowhere: a legend shows what has a point."""
+    return {name: values if values.size else np.full(1, np.nan, dtype=np.float32) for name, values in held.items()}
 
 
 def _single(values: Any) -> NDArray[np.float32]:
