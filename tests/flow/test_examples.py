@@ -25,7 +25,7 @@ from tests.rigs import CABLE
 
 ROOT = Path(__file__).parents[2]
 ELSEWHERE = {
-    "rig demo": ('rig("demo", cwd=tmp_path)', "tests/flow/test_demo.py"),
+    "rig demo": ('rig("demo", cwd=tmp_path', "tests/flow/test_demo.py"),
     "rig demo --out /tmp/first-light": ('"demo": ("demo", "--out", "new/demo")', "tests/flow/pressed.py"),
     "rig emulate serial": ('"emulate": ("emulate", "serial")', "tests/flow/pressed.py"),
     "rig emulate serial --rig rigs/opamp_backlash.yaml --speed 10":

@@ -174,6 +174,18 @@ def _slew(rng: Rng, reach: Reach) -> Scaled:
     return lambda strength: {"rate": fastest * (1.0 - 0.97 * strength)}
 
 
+def _rounded_slew(rng: Rng, reach: Reach) -> Scaled:
+    """Return the draw of an amplifier that slews with rounded corners: the slower, the longer its lag is, too."""
+    fastest, share = reach.speed_v * max(reach.rig.s_l, reach.rig.s_u), between(rng, 0.05, 0.5)
+    span_v = reach.high_w_v - reach.low_w_v
+
+    def values(strength: float) -> Values:
+        rate = fastest * (1.0 - 0.97 * strength)
+        return {"rate": rate, "lag": 0.1 * share * strength * span_v / rate}
+
+    return values
+
+
 def _coloured(rng: Rng, reach: Reach) -> Scaled:
     slope = float(rng.uniform(0.5, 2.0))
     return lambda strength: {"sd": 10.0 * reach.rig.noise_v * strength, "slope": slope}
@@ -255,6 +267,7 @@ LIBRARY: tuple[Kind, ...] = (
     Kind("second_play", "F", "second_play", _second),
     Kind("rate_dependent_gap", "F", "rate_dependent_gap", _one("k", lambda r: 0.8 * r.rig.half_gap_v / r.speed_v)),
     Kind("slew_limit", "F", "slew_limit", _slew),
+    Kind("slew_limit", "F", "slew_limit, rounded", _rounded_slew),
     Kind("dead_time", "G2", "dead_time", _one("delay", lambda r: 4e-3), prepared=_in_time),
     Kind("feedthrough", "sense", "feedthrough", _one("k", lambda r: 0.1, signed=True)),
     Kind("offset_drift", "sense", "offset_drift", _one("rate", lambda r: r.rig.noise_v, signed=True)),
