@@ -10,6 +10,7 @@ import urllib.error
 import urllib.request
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -122,7 +123,7 @@ def listening(process: int) -> set[str]:
     return found
 
 
-def eventually(true: Callable[[], bool], within_s: float = 60.0) -> bool:
+def eventually(true: Callable[[], object], within_s: float = 60.0) -> bool:
     """Return whether ``true`` comes in time, long where a machine is busy: the page yields to all others."""
     return waiting.eventually(true, within_s, every_s=0.3)
 
@@ -177,7 +178,7 @@ def _looks_right(browser: "Chrome") -> None:
         words = [text(browser, name) for name in (picture.get_attribute("aria-labelledby") or "",
                                                   picture.get_attribute("aria-describedby") or "")]
         assert all(len(each) > 5 for each in words)
-        assert picture.find_elements("css selector", ".bk-Figure"), "nothing is drawn here"
+        assert eventually(partial(picture.find_elements, "css selector", ".bk-Figure")), "nothing is drawn here"
     assert browser.execute_script("return document.documentElement.lang") == "en"
 
 

@@ -1,0 +1,1 @@
+"""Recordings whose truth is sealed, and what the tool said of them, once and unedited."""
