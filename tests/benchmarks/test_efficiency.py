@@ -7,7 +7,7 @@ from scipy.stats import binom, chi2
 from tests.benchmarks.efficiency import experiment, measured, realised, table, true
 from tests.proof.paper_simulation import NAMES, TRUTH
 
-REALISATIONS = 12
+REALISATIONS = 8
 DECIBELS = 32.0
 RARE = 1e-3  # chance at which a sound estimator would fail here; the seeds are fixed
 

@@ -56,6 +56,8 @@ PAGES = {
 def opened(request: pytest.FixtureRequest, browser: "Chrome", tmp_path_factory: pytest.TempPathFactory) -> "Chrome":
     path: Path = tmp_path_factory.mktemp("page") / "page.html"
     path.write_text(PAGES[request.param]().html(), encoding="utf-8")
+    browser.get("about:blank")
+    complaints(browser)  # of a page that was looked at before and whose server is gone
     browser.get(path.as_uri())
     return browser
 
