@@ -18,7 +18,8 @@ TOLD_ELSEWHERE = {  # the contract of effects tries them, too, and python -m tes
     "clock_skew, fast ADC", "clock_skew, slow ADC", "slew_limit", "absorption", "absorption on plateaus",
     "rate_dependent_gap", "process_noise", "adc_quantisation", "soft_saturation, upper", "soft_knee", "plateau_tilt",
     "plateau_droop, bias current", "extra_pole, G2", "offset_drift", "rectifying_sensor", "ac_coupling", "second_play",
-    "soft_saturation", "curved_border", "gain_drift", "hum, G1", "unequal_slopes",
+    "soft_saturation", "curved_border", "gain_drift", "hum, G1", "unequal_slopes", "diode_clamp",
+    "plateau_droop, leak",  # a real resistor across a real capacitor is in tests/proof/circuit
 }
 TWINS = {"extra_pole, G1": ("source_pole", "source")}  # the same law before F: no recording tells one from the other
 TOLD = [case for case in LIBRARY if case.name not in {*TOLD_ELSEWHERE, *TWINS}]
