@@ -14,8 +14,9 @@ What a notebook needs is here, and loaded when it is asked for::
 Recordings in files are the business of ``rig``, which has the same in a line: ``rig.explain("monday.h5")``.
 """
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from identify.offered import offered
 
 if TYPE_CHECKING:
     from identify.effects import catalogue as catalogue
@@ -39,15 +40,4 @@ __all__ = [
     "identified", "simulated",
 ]  # fmt: skip
 
-
-def __getattr__(name: str) -> object:
-    """Return a public name, its module imported now; AttributeError for another."""
-    if name not in HOMES:
-        raise AttributeError(f"identify has no {name!r}; it has {', '.join(__all__)}")
-    module, _, own = HOMES[name].partition(":")
-    return getattr(import_module(module), own)
-
-
-def __dir__() -> list[str]:
-    """Return the public names: what a notebook offers behind the dot."""
-    return __all__
+__getattr__, __dir__ = offered(__name__, HOMES)

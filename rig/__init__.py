@@ -10,8 +10,9 @@ What a notebook needs is here, and loaded when it is asked for::
     rig.identify("monday.h5").borders
 """
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from identify.offered import offered
 
 if TYPE_CHECKING:
     from rig.notebook import check, compare, explain, identify, run, simulate
@@ -19,21 +20,12 @@ if TYPE_CHECKING:
     from rig.recording import read
 
 HOMES = {
-    "Recording": "rig.recorded", "check": "rig.notebook", "compare": "rig.notebook", "explain": "rig.notebook",
-    "identify": "rig.notebook", "read": "rig.recording", "run": "rig.notebook", "simulate": "rig.notebook",
+    "Recording": "rig.recorded:Recording", "check": "rig.notebook:check", "compare": "rig.notebook:compare",
+    "explain": "rig.notebook:explain", "identify": "rig.notebook:identify", "read": "rig.recording:read",
+    "run": "rig.notebook:run", "simulate": "rig.notebook:simulate",
 }  # fmt: skip
 """Where each public name lives."""
 
 __all__ = ["Recording", "check", "compare", "explain", "identify", "read", "run", "simulate"]
 
-
-def __getattr__(name: str) -> object:
-    """Return a public name, its module imported now; AttributeError for another."""
-    if name not in HOMES:
-        raise AttributeError(f"rig has no {name!r}; it has {', '.join(__all__)}")
-    return getattr(import_module(HOMES[name]), name)
-
-
-def __dir__() -> list[str]:
-    """Return the public names: what a notebook offers behind the dot."""
-    return __all__
+__getattr__, __dir__ = offered(__name__, HOMES)

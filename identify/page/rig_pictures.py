@@ -1,6 +1,7 @@
 """Which pictures show the rig that was identified: the borders under its readings, its loop, its two blocks?"""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -159,10 +160,13 @@ def frequency_response(found: Identification) -> Picture | None:
     unit = found.own_points.v_p.value if found.own_points else 1.0
     read = found.measured
     sets = (("G1", found.g1, read.g1, scaled(g1, unit)), ("G2", found.g2, read.g2, scaled(g2, g2.dc_gain)))
-    gains = [Panel(partial(_draw_gain, *one), _response_words("gain", one[0], one[1]), 2.6) for one in sets]
-    phases = [Panel(partial(_draw_phase, *one), _response_words("phase", one[0], one[1]), 2.6) for one in sets]
+    quantities = (Quantity("gain", "gain", _gain, _gains), Quantity("phase", "phase in degrees", _degrees, _phases))
+    panels = tuple(
+        Panel(partial(_draw_response, quantity, *one), _response_words(quantity.name, *one[:2]), 2.6)
+        for quantity in quantities for one in sets
+    )  # fmt: skip
     return Picture(
-        "Frequency response of G1 and G2", (*gains, *phases),
+        "Frequency response of G1 and G2", panels,
         "Points with 95 % intervals at the excited frequencies and, for G2, at harmonics; the line is the fitted "
         "rational function. Squares are measured from harmonics or a multisine without that function. Scaled as in the "
         "paper: V_p = 1, G2(0) = 1.",
@@ -186,34 +190,29 @@ def scaled(block: Rational, unit: float) -> Rational:
     return Rational(tuple(b / unit for b in block.num), block.den, block.dead_time_s)
 
 
-def _draw_gain(
-    name: str, points: Sequence[FrequencyPoint], measured: Sequence[MeasuredPoint], block: Rational, ax: "Axes"
-) -> None:
+@dataclass(frozen=True)
+class Quantity:
+    """What a frequency response is drawn by: the name, its axis, the fitted curve, and the measured points."""
+
+    name: str
+    axis: str
+    curve: Callable[[Rational, Array], Array]
+    points: Callable[[Sequence[FrequencyPoint] | Sequence[MeasuredPoint], Rational], Points]
+
+
+def _draw_response(
+    quantity: Quantity, name: str, points: Sequence[FrequencyPoint], measured: Sequence[MeasuredPoint],
+    block: Rational, ax: "Axes",
+) -> None:  # fmt: skip
     if points:
         span = _span(points)
-        ax.plot(span, np.abs(response(block, span)), color=AFTER.colour, label="fitted function")
-        _points(ax, [(p.frequency_hz, p.gain) for p in points], Look(INK), "fitted, 95 %")
-    if known := [(p.frequency_hz, p.gain) for p in measured if p.gain is not None]:
+        ax.plot(span, quantity.curve(block, span), color=AFTER.colour, label="fitted function")
+        _points(ax, quantity.points(points, block), Look(INK), "fitted, 95 %")
+    if known := quantity.points(measured, block):
         _points(ax, known, BEFORE, "measured, 95 %", hollow=True)
-    _label_response(ax, name, "gain", bool(points or known))
-
-
-def _draw_phase(
-    name: str, points: Sequence[FrequencyPoint], measured: Sequence[MeasuredPoint], block: Rational, ax: "Axes"
-) -> None:
-    if points:
-        span = _span(points)
-        ax.plot(span, np.degrees(_phase(block, span)), color=AFTER.colour, label="fitted function")
-        _points(ax, _degrees([(p.frequency_hz, p.phase_rad) for p in points]), Look(INK), "fitted, 95 %")
-    if known := [(p.frequency_hz, p.phase_rad) for p in measured if p.phase_rad is not None]:
-        _points(ax, _degrees(_on_the_turn(known, block)), BEFORE, "measured, 95 %", hollow=True)
-    _label_response(ax, name, "phase in degrees", bool(points or known))
-
-
-def _label_response(ax: "Axes", name: str, what: str, any_points: bool) -> None:
-    ax.set(xlabel="frequency in Hz", ylabel=f"{what} of {name}")
+    ax.set(xlabel="frequency in Hz", ylabel=f"{quantity.axis} of {name}")
     logarithmic(ax, "x")
-    if any_points:
+    if points or known:
         legend_above(ax, name, columns=3)
 
 
@@ -223,18 +222,29 @@ def _span(points: Sequence[FrequencyPoint]) -> Array:
     return np.geomspace(0.5 * min(at), 2.0 * max(at), 200)
 
 
-def _degrees(points: Points) -> list[tuple[float, Interval]]:
-    return [(at, _shifted(interval, 0.0, 180.0 / np.pi)) for at, interval in points]
+def _gain(block: Rational, frequency_hz: Array) -> Array:
+    return np.asarray(np.abs(response(block, frequency_hz)))
 
 
-def _on_the_turn(points: Points, block: Rational) -> list[tuple[float, Interval]]:
-    """Return phases, rad, each on the turn of the fitted curve."""
-    at = np.array([frequency for frequency, _ in points])
+def _gains(points: Sequence[FrequencyPoint] | Sequence[MeasuredPoint], _block: Rational) -> Points:
+    return [(point.frequency_hz, point.gain) for point in points if point.gain is not None]
+
+
+def _degrees(block: Rational, frequency_hz: Array) -> Array:
+    return np.asarray(np.degrees(_phase(block, frequency_hz)))
+
+
+def _phases(points: Sequence[FrequencyPoint] | Sequence[MeasuredPoint], block: Rational) -> Points:
+    """Return phases, degrees, each on the turn of the fitted curve."""
+    known = [(point.frequency_hz, point.phase_rad) for point in points if point.phase_rad is not None]
+    if not known:
+        return []
+    at = np.array([frequency for frequency, _ in known])
     fine = np.geomspace(0.01 * at.min(), at.max(), 2000)
     curve = np.interp(at, fine, _phase(block, fine))
-    value = np.array([interval.value for _, interval in points])
+    value = np.array([interval.value for _, interval in known])
     turns = TURN * np.rint((curve - value) / TURN)
-    return [(f, _shifted(i, float(turn))) for (f, i), turn in zip(points, turns, strict=True)]
+    return [(f, _shifted(i, float(turn), 180.0 / np.pi)) for (f, i), turn in zip(known, turns, strict=True)]
 
 
 def _phase(block: Rational, frequency_hz: Array) -> Array:

@@ -37,6 +37,7 @@ SEES_BOTH = {  # who may import more of identify than its plain data, and what
     "rig.asking": {"identify.planning.advice"},
     "rig.newprotocol": {"identify.planning.sampling"},
     "rig.compared_words": {"identify.compared.sentence"},
+    "rig": {"identify.offered"},
     "rig.separating": {"identify.explain.separate", "identify.planning.candidates"},
     "rig.protocolfile": {"identify.planning.candidates"},
     "rig.foresight": {

@@ -23,20 +23,13 @@ from rig.recording import read
 from tests.browser import DESK, PHONE, at_size, complaints, overflows
 from tests.contrast import contrasts
 from tests.flow.console import rig, start
+from tests.rigs import GAP
 from tests.wire import waiting
 from tests.wire.emulated import Emulated, emulated
 
 if TYPE_CHECKING:
     from selenium.webdriver import Chrome
 
-RIG = """\
-spec: 1
-rig: a circuit with a gap
-G1: {num: [1], den: [0.002, 1]}
-F: {backlash: {S_L: 2, D_L: 0.5 V, S_U: 2, D_U: -0.5 V}}
-G2: {num: [1], den: [0.001, 1]}
-noise: 5 mV
-"""
 HOSTILE = "<script>window.pwned = 1</script><img src=x onerror='window.pwned = 2'> $$x$$"
 PROTOCOL = """\
 spec: 1
@@ -57,7 +50,7 @@ SHOWN = "const at = document.getElementById(arguments[0]); return at ? at.textCo
 
 def protocol(folder: Path, seconds: float) -> Path:
     """Return a protocol of stairs of 0.8 s each, its title and labels full of markup."""
-    (folder / "rig.yaml").write_text(RIG)
+    (folder / "rig.yaml").write_text(GAP)
     path = folder / "stairs.yaml"
     path.write_text(PROTOCOL.format(title=HOSTILE, repeats=round(seconds / 0.8)))
     return path
@@ -68,7 +61,7 @@ def watched(folder: Path, seconds: float, idle_s: float = 60.0) -> Iterator[Watc
     """Give a run on an emulated board in real time, the URL of its page, and the board; all end with the test."""
     protocol(folder, seconds)
     os.environ[launching.IDLE_VARIABLE] = str(idle_s)
-    with emulated(RIG) as board, start("run", "stairs.yaml", "--device", board.address, "--live", cwd=folder) as run:
+    with emulated(GAP) as board, start("run", "stairs.yaml", "--device", board.address, "--live", cwd=folder) as run:
         page = 0
         try:
             assert run.stderr is not None

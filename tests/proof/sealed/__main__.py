@@ -19,6 +19,8 @@ from tests.proof.__main__ import commit
 from tests.proof.tables import between_marks
 
 HERE = Path(__file__).parent
+ASKED_AT = HERE / "asked_at.tsv"
+"""Each answer and the commit of the tool that gave it."""
 KEPT_BACK = ("multisine", "staircase_repeat")
 """Of the circuit's cases; all other runs of theirs are fitted."""
 
@@ -64,6 +66,8 @@ def answered(asked: Asked) -> Path:
         said = Path(folder) / "said.json"
         typed("explain", *words, "--rig", str(asked.rig), "--json", str(said))
         out.write_bytes(said.read_bytes())
+    with ASKED_AT.open("a", encoding="utf-8") as kept:
+        kept.write(f"{asked.name}\t{commit()}\n")
     return out
 
 
@@ -76,16 +80,20 @@ def typed(*words: str) -> None:
 
 def table(folder: Path = HERE) -> str:
     """Return the table of verdicts: case, verdict, names with their odds and values, held-out residual."""
-    rows = ["| case | verdict | what | held-out residual, x noise | left |", "|---|---|---|---|---|"]
-    rows += [_row(path.stem, json.loads(path.read_text(encoding="utf-8"))) for path in sorted(folder.glob("*.json"))]
+    asked_at = dict(line.split("\t") for line in (folder / ASKED_AT.name).read_text(encoding="utf-8").splitlines())
+    rows = ["| case | commit | verdict | what | held-out residual, x noise | left |", "|---|---|---|---|---|---|"]
+    rows += [
+        _row(path.stem, asked_at[path.stem], json.loads(path.read_text(encoding="utf-8")))
+        for path in sorted(folder.glob("*.json"))
+    ]
     return "\n".join(rows)
 
 
-def _row(case: str, said: dict[str, Any]) -> str:
+def _row(case: str, asked_at: str, said: dict[str, Any]) -> str:
     names = "; ".join(_named(effect) for effect in said["effects"]) or "no name"
     held, noise_v = said["fit"]["held_out"], said["noise"]["rms"]
     fell = f"{held['before'] / noise_v:.3g} → {held['after'] / noise_v:.3g}"
-    return f"| {case} | {said['verdict']} | {names} | {fell} | {said['remaining']['stage'] or ''} |"
+    return f"| {case} | `{asked_at}` | {said['verdict']} | {names} | {fell} | {said['remaining']['stage'] or ''} |"
 
 
 def _named(effect: dict[str, Any]) -> str:
@@ -105,7 +113,7 @@ def main(words: list[str] | None = None) -> None:
     with ThreadPoolExecutor(wanted.jobs) as pool:
         for out in pool.map(answered, questions(wanted.folder)):
             print(out.name, flush=True)
-    text = f"Commit `{commit()}`.\n\n{table()}"
+    text = table()
     print(text)
     if wanted.write:
         readme = HERE / "README.md"

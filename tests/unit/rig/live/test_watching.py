@@ -18,16 +18,9 @@ from rig.live.watching import Watch
 from rig.recorded import Entry, Equipment, Event, Origin, Recording
 from rig.recording import read, write
 from rig.rigfile import parse_rig
+from tests.rigs import GAP
 
 RATE_HZ = 2000.0
-RIG = """\
-spec: 1
-rig: a circuit with a gap
-G1: {num: [1], den: [0.002, 1]}
-F: {backlash: {S_L: 2, D_L: 0.5 V, S_U: 2, D_U: -0.5 V}}
-G2: {num: [1], den: [0.001, 1]}
-noise: 5 mV
-"""
 PROTOCOL = """\
 spec: 1
 title: stairs
@@ -46,10 +39,10 @@ def stairs() -> Array:
     return np.repeat(np.array(levels * 3), round(0.1 * RATE_HZ))
 
 
-def a_run(folder: Path, rig: str = RIG, bent: float = 0.0, lost: int = 0, u: Array | None = None) -> Path:
+def a_run(folder: Path, rig: str = GAP, bent: float = 0.0, lost: int = 0, u: Array | None = None) -> Path:
     """Return the recording of a rig that bends by ``bent`` of y more than its model, some samples lost."""
     u = stairs() if u is None else u
-    y = Player(parse_rig(RIG, "rig").model, RATE_HZ, seed=3).play(u)
+    y = Player(parse_rig(GAP, "rig").model, RATE_HZ, seed=3).play(u)
     y = y + bent * y
     ledger = np.full(u.size, Entry.RECORDED, dtype=np.uint8)
     ledger[500 : 500 + lost] = Entry.LOST
