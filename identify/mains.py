@@ -1,6 +1,7 @@
 """Which waveform of the mains would explain a residual best?"""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -9,34 +10,45 @@ from identify.effects.effect import Effect
 from identify.evidence import Evidence
 from identify.trace import Array
 
-LINES = {"amplitude": "phase", "third": "third_phase", "fifth": "fifth_phase"}
+
+@dataclass(frozen=True)
+class Line:
+    """One line of a waveform: which multiple of its frequency, and the short names of its size and its angle."""
+
+    order: int
+    size: str
+    angle: str
 
 
-def mains_lines(evidence: Evidence, hum: Effect, mains_hz: float, harmonics: Sequence[int]) -> dict[str, float]:
+def mains_lines(evidence: Evidence, hum: Effect, mains_hz: float, waveform: Sequence[Line]) -> dict[str, float]:
     """Return the waveform of the mains, added where ``hum`` sits, that explains the residual best, by short names.
 
-    Every run gives a complex amplitude per line; the fundamental's angle is the run's own phase, and the angles of
+    Every run gives a complex amplitude per line; the angle of the first is the run's own phase, and the angles of
     the others against it are averaged over the runs.
     """
-    columns = [_line(evidence, hum, mains_hz, name, turn) for name in LINES for turn in (0.0, 0.5 * np.pi)]
+    columns = [_line(evidence, hum, mains_hz, line, turn) for line in waveform for turn in (0.0, 0.5 * np.pi)]
     found = {"frequency": mains_hz, "phase": 0.0}
-    shape, weights = np.zeros(len(harmonics), dtype=np.complex128), np.zeros(len(harmonics))
+    multiples = np.array([line.order / waveform[0].order for line in waveform])
+    shape, weights = np.zeros(len(waveform), dtype=np.complex128), np.zeros(len(waveform))
     for run, part in evidence.parts():
         rows = np.array([column[part] for column in columns])
         matrix = rows @ rows.T
         pairs = np.linalg.pinv(matrix, hermitian=True, rcond=1e-6) @ rows @ evidence.residual[part]
         lines = pairs[::2] + 1j * pairs[1::2]
-        phase, weight = float(np.angle(lines[0])), np.diag(matrix)[::2]
-        found[local_name("phase", run)] = phase
-        shape += weight * lines * np.exp(-1j * phase * np.asarray(harmonics))
+        angle, weight = float(np.angle(lines[0])), np.diag(matrix)[::2]
+        found[local_name("phase", run)] = angle / waveform[0].order
+        shape += weight * lines * np.exp(-1j * angle * multiples)
         weights += weight
     shape /= np.maximum(weights, 1e-300)
-    found |= dict(zip(LINES, np.abs(shape).tolist(), strict=True))
-    return found | {"third_phase": float(np.angle(shape[1])), "fifth_phase": float(np.angle(shape[2]))}
+    for number, line in enumerate(waveform):
+        found[line.size] = float(np.abs(shape[number]))
+        if number:
+            found[line.angle] = float(np.angle(shape[number]))
+    return found
 
 
-def _line(evidence: Evidence, hum: Effect, mains_hz: float, name: str, turn: float) -> Array:
+def _line(evidence: Evidence, hum: Effect, mains_hz: float, line: Line, turn: float) -> Array:
     """Return the change of the answer per volt of one line, as a sine (turn 0) or a cosine (turn pi / 2)."""
     size = 0.3 * evidence.observations[0].noise_v
-    values = {"frequency": mains_hz, name: size, LINES[name]: turn}
+    values = {"frequency": mains_hz, line.size: size, line.angle: turn / (line.order if line.angle == "phase" else 1)}
     return np.asarray(evidence.change(hum.put_in(evidence.chain, values)) / size)

@@ -101,6 +101,13 @@ class Effect(Stage):
         """Return ``chain`` with this effect's values in their one form, where several say the same; itself if so."""
         return chain
 
+    def doubled(self, chain: Chain) -> Chain:
+        """Return ``chain`` with this effect's lags twice as long (its corners half as high); itself if it has none."""
+        factors = {0.0: 2.0, float("inf"): 0.5}
+        logs = [p for p in self.parameters() if p.coordinate == "log" and self.absent[short(p.name)] in factors]
+        values = {p.name: factors[self.absent[short(p.name)]] * chain.values[p.name] for p in logs}
+        return chain.with_values(values) if values else chain
+
     def course(self, values: Sequence[float], grid: Grid, size: int, rng: np.random.Generator) -> Array:
         """Return one course that physics ruled by chance may take, V, shape (size,): noise behind its place."""
         raise NotImplementedError(f"{self.id} is not ruled by chance")

@@ -1,4 +1,4 @@
-"""The mains: lines at 50 or 60 Hz and odd harmonics, phase free of the stimulus."""
+"""The mains: lines at 50 or 60 Hz and odd harmonics, or the even ones of a rectifier, phase free of the stimulus."""
 
 from typing import TYPE_CHECKING, ClassVar, final
 
@@ -7,7 +7,7 @@ import numpy as np
 from identify import kernels
 from identify.chain import Chain
 from identify.effects.effect import Confusion, Effect
-from identify.mains import mains_lines
+from identify.mains import Line, mains_lines
 from identify.stage import Block, Grid, Parameter, Place, Run, Shape, Values
 from identify.trace import Array
 
@@ -15,14 +15,13 @@ if TYPE_CHECKING:
     from identify.evidence import Evidence
 
 MAINS_HZ = (50.0, 60.0)
-HARMONICS = (1, 3, 5)
+LINES = {
+    "": (Line(1, "amplitude", "phase"), Line(3, "third", "third_phase"), Line(5, "fifth", "fifth_phase")),
+    "rectified": (Line(2, "second", "phase"), Line(4, "fourth", "fourth_phase")),
+}
 FREQUENCY = Parameter("hum.frequency", "Hz", scale=0.01)
-AMPLITUDES = (
-    Parameter("hum.amplitude", "V", scale=0.1),
-    Parameter("hum.third", "V", scale=0.1),
-    Parameter("hum.fifth", "V", scale=0.1),
-)
-SHAPE = (Parameter("hum.third_phase", "rad"), Parameter("hum.fifth_phase", "rad"))
+AMPLITUDES = tuple(Parameter(f"hum.{line.size}", "V", scale=0.1) for lines in LINES.values() for line in lines)
+ANGLES = tuple(Parameter(f"hum.{line.angle}", "rad") for lines in LINES.values() for line in lines[1:])
 PHASE = Parameter("hum.phase", "rad", local=True)
 
 
@@ -30,51 +29,72 @@ PHASE = Parameter("hum.phase", "rad", local=True)
 class Hum(Effect):
     """Mains lines added to v (where the gap rectifies them) or to the reading.
 
-    The waveform is the same in every run; where in its period a run starts is the run's own.
+    The waveform is the same in every run; where in its period a run starts is the run's own. Transformers and open
+    wires bring odd harmonics; the ripple of a rectified supply, the ``rectified`` form, has even ones alone.
     """
 
     id = "hum"
     title = "mains hum"
-    equation = "s' = s + sum over n = 1, 3, 5 of a_n sin(n (2 pi f t + phase) + phase_n), phase free in every run"
-    sentence = "The mains is picked up: {}."
+    equation = (
+        "s' = s + sum over n = 1, 3, 5 (rectified: 2, 4) of a_n sin(n (2 pi f t + phase) + phase_n), "
+        "phase free in every run"
+    )
+    sentence = (
+        "The mains is picked up: {}. Odd harmonics come from transformers and open wires: shield them, use one ground; "
+        "even ones are the ripple of a rectified supply: filter it."
+    )
     axis = "mains lines"
     fingerprint = "a line whose phase is free of the stimulus; at v the gap rectifies it"
     places = (Place.SENSE, Place.G1)
-    declared = (FREQUENCY, *AMPLITUDES, *SHAPE, PHASE)
-    absent: ClassVar = {
-        "frequency": 50.0, "amplitude": 0.0, "third": 0.0, "fifth": 0.0,
-        "third_phase": 0.0, "fifth_phase": 0.0,
-        "phase": 0.0,
-    }  # fmt: skip
+    forms = ("", "rectified")
+    declared = (FREQUENCY, *AMPLITUDES, *ANGLES, PHASE)
+    absent: ClassVar = {"frequency": 50.0, **{p.name.partition(".")[2]: 0.0 for p in (*AMPLITUDES, *ANGLES, PHASE)}}
     confused_with = (Confusion("feedthrough", "a stimulus that is no multiple of the mains frequency"),)
     example: ClassVar = {"frequency": 50.02, "amplitude": 0.03, "third": 0.012, "fifth": 0.006}
 
+    @property
+    def lines(self) -> tuple[Line, ...]:
+        """Return the lines of the form; the angle of the first is the run's own."""
+        return LINES[self.form]
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Return the frequency, and the sizes and angles of the lines of the form."""
+        mine = {f"hum.{name}" for line in self.lines for name in (line.size, line.angle)}
+        return tuple(p for p in self.declared if p is FREQUENCY or p.name in mine)
+
     def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
         """Return the addition at work; time runs from the start of the run, so that phases belong to it."""
-        frequency, amplitudes, angles, phase = values[0], values[1:4], (0.0, *values[4:6]), values[6]
+        count = len(self.lines)
+        frequency, sizes, angles, phase = values[0], values[1 : count + 1], (0.0, *values[count + 1 : -1]), values[-1]
+        orders = tuple(line.order for line in self.lines)
 
         def run(block: Block) -> Array:
-            if not any(amplitudes):
+            if not any(sizes):
                 return block.signal
             out = block.signal.copy()
             turn = 2.0 * np.pi * frequency * grid.step_s
-            kernels.waveform(turn * block.first + phase, turn, HARMONICS, amplitudes, angles, out)
+            kernels.waveform(turn * block.first + phase, turn, orders, sizes, angles, out)
             return out
 
         return run, shape
 
     def upright(self, chain: Chain) -> Chain:
-        """Return ``chain`` with no amplitude below zero: a line upside down is one half a turn away."""
-        values = dict(chain.values)
-        for name in ("amplitude", "third", "fifth"):
-            if values[f"hum.{name}"] < 0.0:
-                values[f"hum.{name}"] *= -1.0
-                turned = {"amplitude": ("phase", "third_phase", "fifth_phase")}.get(name, (f"{name}_phase",))
+        """Return ``chain`` with no size below zero: a line upside down is one half a turn away.
+
+        The angles of the others are told against the phase of the run, which turns the first line.
+        """
+        values, first = dict(chain.values), self.lines[0]
+        for line in self.lines:
+            if values[f"hum.{line.size}"] < 0.0:
+                values[f"hum.{line.size}"] *= -1.0
+                turns = {line.angle: np.pi}
+                if line is first:
+                    turns = {one.angle: -np.pi * one.order / first.order for one in self.lines[1:]}
+                    turns[first.angle] = np.pi / first.order
                 for key in values:
-                    if key.partition("[")[0] in {f"hum.{angle}" for angle in turned}:
-                        values[key] += np.pi
+                    values[key] += turns.get(key.partition("[")[0].removeprefix("hum."), 0.0)
         return chain.with_values(values) if values != chain.values else chain
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the lines of the residual; at v they stand where the plain path would have passed them on."""
-        return [mains_lines(evidence, self, f, HARMONICS) for f in MAINS_HZ]
+        return [mains_lines(evidence, self, f, self.lines) for f in MAINS_HZ]

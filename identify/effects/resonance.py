@@ -1,4 +1,4 @@
-"""A block rings, or is slower than drawn by two poles at once."""
+"""A block rings."""
 
 from typing import TYPE_CHECKING, ClassVar, final
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from identify.evidence import Evidence
 
 W_N = Parameter("resonance.w_n", "rad/s", "log")
-ZETA = Parameter("resonance.zeta", "1", "log")
+ZETA = Parameter("resonance.zeta", "1", scale=0.3, least=0.0, most=1.0)  # above 1 it is two lags and rings no more
 DAMPINGS = (0.1, 0.4, 1.0)
 FREQUENCIES, TOP, SPREAD = 6, 0.3, 1000.0  # tried from a share of the sample rate down to a thousandth of that
 CLOSER = (0.6, 1.6)  # times the best of those

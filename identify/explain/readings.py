@@ -54,8 +54,9 @@ def read(
     """Return the recordings as they are to be explained; ``prepared`` fits the plain model.
 
     A rough look, a fit without what it shows, a close look: until the close one confirms the rough one, or is all
-    there is. What is seen while the plain model leaves much more than the readings' blemishes waits for a chain that
-    explains the rest; given one, they are looked at ``against`` it alone.
+    there is. Where physics beside it stands against a close look, the rough one is held until that is explained. What is
+    seen while the plain model leaves much more than the readings' blemishes waits for a chain that explains the rest;
+    given one, they are looked at ``against`` it alone.
     """
     raw = split(model, traces, hold_out)
     bench, before = prepared(raw)
@@ -95,7 +96,10 @@ def _fitted(model: Model, seen: Mended, prepared: Prepared) -> Chain:
 def _looked(
     chain: Chain, recorded: Mended, noise_v: float, leave_out: Sequence[str], fitted: Callable[[Mended], Chain]
 ) -> Mended:
-    """Return what close looks show beside a plain chain that is ``fitted`` again without what the rough ones show."""
+    """Return what close looks show beside a plain chain that is ``fitted`` again without what the rough ones show.
+
+    Where they show nothing, it is what the last rough look does.
+    """
     runs, seen = (recorded.training, recorded.proof), recorded
     rough = mended(chain, *runs, noise_v, leave_out, rough=True)
     for _ in range(LOOKS):
@@ -106,7 +110,7 @@ def _looked(
         rough = mended(chain, *runs, noise_v, leave_out, rough=True)
         if rough.found == last.found:
             break
-    return seen
+    return seen if seen.found else rough
 
 
 def _whitened(

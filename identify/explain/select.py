@@ -30,6 +30,7 @@ LAPS = 12
 DECISIVE = 1.0  # of chi-squared: what a candidate may still gain below this changes no odds
 STEADY = 10.0  # times what a lap gained that the laps to come may gain
 NEAR, FAR = 200.0, 0.3  # of chi-squared, and share of the best fall: a fit further behind the best is not continued
+DOUBLED = 3  # candidates of a round that are fitted again from twice their strength
 STEPPED = 5  # rivals that are fitted again on a finer grid
 EXCHANGED = 4  # rivals that an effect chosen early is exchanged for
 ITERATIONS = 40
@@ -110,7 +111,7 @@ class Bench:
         runs = len(self.observations)
         hopes = [promised(evidence, c) for c in hopeful(screened, runs)]
         worth = promising(hopes, len(screened), runs)
-        tried = self.raced(base, worth)
+        tried = self.doubled(base, self.raced(base, worth))
         fitted = [h for h in (*tried, *self.fuller(base, tried)) if self.possible(h)]
         return Round(base, tuple(screened), ranked(base, fitted), passed_over=passed_over(hopes, worth))
 
@@ -135,6 +136,22 @@ class Bench:
             lap = [self.continued(h) if runs else h for h, runs in zip(found, running, strict=True)]
             hopes = [STEADY * (old.chi2 - new.chi2) for old, new in zip(found, lap, strict=True)]
             found = lap
+        return found
+
+    def doubled(self, base: Hypothesis, tried: Sequence[Hypothesis]) -> list[Hypothesis]:
+        """Fit what came near the best again with its effect twice as strong, where the best leaves more than noise.
+
+        Plain values that were moved to stand in for a lag hold part of it back: a minimum with half of each.
+        """
+        found = sorted(tried, key=lambda h: h.chi2)
+        if not found or found[0].misfit < NOISE_KNOWN:
+            return found
+        reach = found[0].chi2 + FAR * (base.chi2 - found[0].chi2)
+        for number, h in enumerate(found[:DOUBLED]):
+            stronger = h.effects[-1].doubled(h.fit.chain)
+            if h.chi2 < reach and stronger is not h.fit.chain:
+                again = self.fitted(stronger.with_values(base.fit.chain.values), h.effects)
+                found[number] = min((h, again), key=lambda one: one.chi2)
         return found
 
     def fuller(self, base: Hypothesis, tried: Sequence[Hypothesis]) -> list[Hypothesis]:

@@ -147,9 +147,8 @@ def coloured_noise(training: Sequence[Trace], proof: Sequence[Trace], settle_s: 
 
 def told_by(seen: Sequence[Spectrum], kept: Sequence[Spectrum], bursts: Callable[[Coloured], float]) -> Told | None:
     """Return the coloured noise that spectra show beyond doubt; ``bursts`` are by how much it strays, made white."""
-    if not seen:
+    if not seen or (white_v := _white(seen)) == 0.0:  # readings on a coarse grid stand still
         return None
-    white_v = _white(seen)
     options = [_fitted(seen, white_v, share * white_v, slope) for share, slope in STARTS]
     best, cost = min(options, key=lambda option: option[1])
     told = 2.0 * (_cost(seen, white_v, 0.0, 1.0) - cost)

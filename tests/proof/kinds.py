@@ -124,6 +124,19 @@ def _hum(most: Callable[[Reach], float]) -> Draw:
     return draw
 
 
+def _rectified(most: Callable[[Reach], float]) -> Draw:
+    """Return the draw of a rectifier's ripple: the falling edge of its capacitor's voltage has a fourth harmonic."""
+
+    def draw(rng: Rng, reach: Reach) -> Scaled:
+        frequency = float(rng.choice([50.0, 60.0]) + rng.uniform(-0.03, 0.03))
+        fourth, top = between(rng, 0.05, 0.5), most(reach)
+        return lambda strength: {
+            "frequency": frequency, "second": top * strength, "fourth": fourth * top * strength,
+        }  # fmt: skip
+
+    return draw
+
+
 def _resonance(at: Callable[[Rig], float]) -> Draw:
     def draw(rng: Rng, reach: Reach) -> Scaled:
         slowest, zeta = 3.0 * at(reach.rig), between(rng, 0.1, 0.7)
@@ -248,6 +261,8 @@ LIBRARY: tuple[Kind, ...] = (
     Kind("process_noise", "G1", "process_noise, low-passed", _process_noise, chance=True),
     Kind("hum", "G1", "hum at G1", _hum(lambda r: 0.3 * r.rig.half_gap_v)),
     Kind("hum", "sense", "hum at sense", _hum(lambda r: 20.0 * r.rig.noise_v)),
+    Kind("hum", "G1", "hum at G1", _rectified(lambda r: 0.3 * r.rig.half_gap_v)),
+    Kind("hum", "sense", "hum at sense", _rectified(lambda r: 20.0 * r.rig.noise_v)),
     Kind("backlash", "F", "backlash", _gap, prepared=_without_gap),
     *(Kind("saturation", "F", "saturation", _limits(W_LOW, W_HIGH, side)) for side in SIDES),
     Kind("soft_saturation", "F", "soft_saturation", _soft("both")),

@@ -264,6 +264,9 @@ def feedthrough(y: Array, scene: Scene) -> Array:
     return y + scene.values["k"] * before
 
 
+MAINS_LINES = {1: "amplitude", 2: "second", 3: "third", 4: "fourth", 5: "fifth"}
+
+
 def hum_at_y(y: Array, scene: Scene) -> Array:
     """Add the line to the readings, locked to the clock and not to the run."""
     return y + _line(scene.clock_s, scene)
@@ -275,11 +278,11 @@ def hum_at_v(v: Array, scene: Scene) -> Array:
 
 
 def _line(clock_s: Array, scene: Scene) -> Array:
-    """Return the fundamental, third and fifth harmonic: amplitudes in V, phases from the case's seed."""
-    phases = scene.rng.uniform(0.0, 2.0 * np.pi, 3)
+    """Return the lines whose amplitudes, V, there are, phases from the case's seed."""
     turn = 2.0 * np.pi * scene.values["frequency"] * clock_s
-    sizes_v = (scene.values["amplitude"], scene.values["third"], scene.values["fifth"])
-    return sum(a * np.sin(n * turn + phase) for a, n, phase in zip(sizes_v, (1, 3, 5), phases, strict=True))
+    lines = [(n, scene.values[name]) for n, name in MAINS_LINES.items() if name in scene.values]
+    phases = scene.rng.uniform(0.0, 2.0 * np.pi, len(lines))
+    return sum(a * np.sin(n * turn + phase) for (n, a), phase in zip(lines, phases, strict=True))
 
 
 def offset_drift(y: Array, scene: Scene) -> Array:
