@@ -5,7 +5,5 @@ nothing has done before this package is.
 """
 
 import os
-import sys
 
-assert "numpy" not in sys.modules
 os.environ["OPENBLAS_NUM_THREADS"] = "1"

@@ -54,9 +54,9 @@ def read(
     """Return the recordings as they are to be explained; ``prepared`` fits the plain model.
 
     A rough look, a fit without what it shows, a close look: until the close one confirms the rough one, or is all
-    there is. Where physics beside it stands against a close look, the rough one is held until that is explained. What is
-    seen while the plain model leaves much more than the readings' blemishes waits for a chain that explains the rest;
-    given one, they are looked at ``against`` it alone.
+    there is. Where physics beside it stands against a close look, the rough one is held until that is explained. What
+    is seen while the plain model leaves much more than the readings' blemishes waits for a chain that explains the
+    rest; given one, they are looked at ``against`` it alone.
     """
     raw = split(model, traces, hold_out)
     bench, before = prepared(raw)

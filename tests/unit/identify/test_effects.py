@@ -15,7 +15,9 @@ from identify.effects.offset_drift import OffsetDrift
 from identify.effects.plateau_droop import PlateauDroop
 from identify.effects.saturation import Saturation
 from identify.effects.soft_saturation import SoftSaturation
+from identify.fit import fit
 from identify.model import LinearF, Model, Physics, Rational
+from identify.observe import Observation
 from identify.stage import Block, Grid, Place, Ramp
 from identify.trace import Trace
 from tests.proof.cases import Concealed
@@ -136,6 +138,18 @@ def test_an_effect_does_what_the_trial_bench_derives_on_its_own(name, stimulus):
 
 
 @pytest.mark.parametrize(("place", "concealed"), [("sense", "hum at sense"), ("G1", "hum at G1")])
+def test_the_ripple_of_a_rectifier_is_that_of_the_trial_bench(place, concealed):
+    values = {"frequency": 60.01, "second": 0.21, "fourth": 0.08}
+    seed, start_s = 4, 1.7
+    trace = recorded(OP_AMP, SINE, (Concealed(concealed, values),), seed=seed, start_s=start_s)
+    drawn = np.random.default_rng([seed, 4242]).uniform(0.0, 2.0 * np.pi, 2)
+    second, fourth = drawn + 2.0 * np.pi * np.array([2, 4]) * values["frequency"] * start_s
+    phases = {"phase": 0.5 * second, "fourth_phase": fourth - 2.0 * second}
+    chain = chain_of(model_of(OP_AMP, (Physics("hum", {**values, **phases}, place, "rectified"),)))
+    assert np.abs(simulate(chain, trace, 32) - trace.y).max() < 4e-4
+
+
+@pytest.mark.parametrize(("place", "concealed"), [("sense", "hum at sense"), ("G1", "hum at G1")])
 def test_hum_is_the_line_of_the_trial_bench_once_its_phases_are_the_same(place, concealed):
     values = {"frequency": 50.02, "amplitude": 0.31, "third": 0.12, "fifth": 0.06}
     seed, start_s = 4, 1.7
@@ -145,6 +159,27 @@ def test_hum_is_the_line_of_the_trial_bench_once_its_phases_are_the_same(place, 
     phases = {"phase": first, "third_phase": third - 3.0 * first, "fifth_phase": fifth - 5.0 * first}
     chain = chain_of(model_of(OP_AMP, (Physics("hum", {**values, **phases}, place),)))
     assert np.abs(simulate(chain, trace, 32) - trace.y).max() < 4e-4
+
+
+def test_twice_the_strength_is_a_lag_twice_as_long_or_a_corner_half_as_high():
+    plain = chain_of(model_of(OP_AMP))
+    lag, ring, bypass = (catalogue()[name] for name in ("source_pole", "resonance", "feedthrough"))
+    for kind, place, once, twice in (
+        (lag, Place.SOURCE, {"tau": 1e-3}, {"tau": 2e-3}),
+        (ring, Place.G1, {"w_n": 900.0, "zeta": 0.3}, {"w_n": 450.0, "zeta": 0.3}),
+    ):
+        stronger = kind(place).doubled(kind(place).put_in(plain, once))
+        assert stronger.values == kind(place).put_in(plain, twice).values
+    bypassed = bypass(Place.SENSE).put_in(plain, {"k": 0.01})
+    assert bypass(Place.SENSE).doubled(bypassed) is bypassed
+
+
+def test_what_is_damped_beyond_ringing_is_no_resonance():
+    trace = recorded(RC, SINE, (Concealed("extra_pole in G1", {"tau": 2e-3}),))
+    ring = catalogue()["resonance"](Place.G1)
+    chain = ring.put_in(chain_of(model_of(RC)), {"w_n": 3e3, "zeta": 0.9})
+    found = fit(chain, [Observation(trace, np.ones(trace.size, dtype=bool), 1e-3, 2)], fixed=tuple(model_of(RC).fixed))
+    assert found.chain.values["resonance.zeta"] <= 1.0
 
 
 def law(effect, values, signal):
@@ -421,12 +456,19 @@ def test_a_plug_in_cannot_take_the_place_of_an_effect(monkeypatch):
         catalogue.cache_clear()
 
 
-def test_hum_with_negative_amplitudes_is_told_upright_and_plays_the_same():
-    hum = effect_of(Physics("hum", {}, "sense"))
-    values = {"frequency": 50.0, "amplitude": -0.3, "third": -0.1, "fifth": 0.05, "third_phase": 0.4, "phase": 1.1}
-    chain = hum.put_in(chain_of(model_of(OP_AMP)), {**values, "phase[sine]": 0.7})
+@pytest.mark.parametrize(
+    ("form", "values"),
+    [
+        ("", {"amplitude": -0.3, "third": -0.1, "fifth": 0.05, "third_phase": 0.4}),
+        ("rectified", {"second": -0.3, "fourth": -0.1, "fourth_phase": 0.4}),
+    ],
+    ids=["odd", "rectified"],
+)
+def test_hum_with_negative_amplitudes_is_told_upright_and_plays_the_same(form, values):
+    hum = effect_of(Physics("hum", {}, "sense", form))
+    chain = hum.put_in(chain_of(model_of(OP_AMP)), {"frequency": 50.0, "phase": 1.1, "phase[sine]": 0.7, **values})
     upright = hum.upright(chain)
-    assert all(upright.values[f"hum.{name}"] >= 0.0 for name in ("amplitude", "third", "fifth"))
+    assert all(upright.values[p.name] >= 0.0 for p in hum.parameters() if p.unit == "V")
     trace = Trace("sine", SINE.rate_hz, SINE.u, np.zeros(SINE.u.size))
     assert np.allclose(simulate(upright, trace), simulate(chain, trace), rtol=0, atol=1e-12)
     assert hum.upright(upright) is upright

@@ -81,6 +81,27 @@ def test_a_form_with_one_parameter_more_is_tried_where_the_best_leaves_more_than
     assert bench.fuller(base, [fitted(bench, RAIL, BYPASS)]) == []
 
 
+def test_a_lag_of_which_the_plain_values_hold_back_a_part_is_found_from_twice_its_length():
+    rig = replace(
+        RC, g1_num=(1.0,), g1_den=(0.01257, 1.0), s_l=3.355, s_u=3.355, d_l_v=1.782, d_u_v=-1.202, g2_num=(1.0,),
+        g2_den=(2.694e-3, 1.0),
+    )  # fmt: skip
+    runs = (
+        staircase("walk", FIG13_LEVELS_V, 0.05), sine("slow", 20.0, 3.4, 10, 2), sine("fast", 62.5, 9.0, 20, 2),
+    )  # fmt: skip
+    late = (Concealed("source_pole", {"tau": 4e-3}),)
+    seen = tuple(observed(recorded(rig, run, late, 0.015, seed=i), 0.015) for i, run in enumerate(runs))
+    bench, lag = Bench(chain_of(model_of(rig)), seen, (), ()), catalogue()["source_pole"](Place.SOURCE)
+    base = bench.fitted(bench.plain, ())
+    held = bench.fitted(bench.with_effects((lag,), {**base.fit.chain.values, "source_pole.tau": 1e-3}), (lag,))
+    assert held.fit.converged
+    assert held.misfit > 1.0
+    (found,) = bench.doubled(base, [held])
+    assert abs(found.misfit) < 0.1
+    assert found.fit.chain.values["source_pole.tau"] == pytest.approx(4e-3, rel=1e-3)
+    assert bench.doubled(base, [found]) == [found]  # with nothing left there is nothing to look for
+
+
 def test_a_fit_on_coarser_grids_ends_where_one_on_the_grids_of_the_bench_does():
     lagging = recorded(RC, sine("fast", 31.25, 8.0, 8, 1), (Concealed("extra_pole in G2", {"tau": 0.57e-3}),))
     bench = Bench(chain_of(model_of(RC)), (observed(noisy(lagging, 2e-5, 5), 2e-5, 16),), (), ())

@@ -8,7 +8,9 @@ import pytest
 from identify.chain import plain_chain, simulate
 from identify.colour import Colour, whitening
 from identify.effects.effect import Confusion, short
-from identify.holdout import settling_s
+from identify.explain.explain import prepared
+from identify.explain.readings import read
+from identify.holdout import settling_s, split
 from identify.readings import blemishes
 from identify.readings.blemish import Blemish
 from identify.readings.coloured_noise import coloured_noise
@@ -81,6 +83,26 @@ def test_the_tail_of_the_noise_does_not_make_large_spikes_smaller():
 
     (found,), _ = spikes([far(0.4, 4.6, 0.02), far(0.4, 4.6, 0.03)], [])
     assert found.values["size"].value == pytest.approx(0.4, rel=6e-3)
+
+
+def test_readings_lost_beside_physics_are_held_until_that_is_explained():
+    """A sag of the source stands against a close look: the plain model is not in time on either side of the loss."""
+    sag = Concealed("input_ac_coupling", {"tau": 20.0})
+    runs = [recording(sag, seed=1), recording(sag, Concealed("missing_samples", {"position": 3.4, "count": 9.0}),
+                                              stimulus=SINE, seed=2)]  # fmt: skip
+    model = model_of(OP_AMP)
+    _, plain = prepared(model, split(model, runs, []))
+    assert mended(plain.fit.chain, runs, [], NOISE_V).found == ()
+    held = read(model, runs, [], lambda data: prepared(model, data), ())
+    (loss,) = held.found
+    assert loss.id == "missing_samples"
+    assert loss.values["position"].value == pytest.approx(3.4, abs=0.05)  # half a period
+    assert held.plain.misfit < 0.5 * plain.misfit
+
+
+def test_readings_that_stand_still_on_a_coarse_grid_have_no_noise_to_be_coloured():
+    still = replace(recording(), y=np.zeros(STAIRS.u.size))
+    assert coloured_noise([still], [], settling_s(model_of(OP_AMP))) is None
 
 
 @pytest.mark.parametrize("rough", [False, True])
