@@ -11,7 +11,7 @@ from identify.stage import Grid, Parameter, Place, Values
 if TYPE_CHECKING:
     from identify.evidence import Evidence
 
-TRIED = (0.25, 1.0, 4.0)  # samples
+TRIED = (0.25, 1.0, 4.0, 16.0)  # samples
 K = Parameter("rate_dependent_gap.k", "s", "log")
 
 

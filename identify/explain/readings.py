@@ -19,7 +19,7 @@ from identify.holdout import Split, settling_s, split
 from identify.model import Model
 from identify.natural_units import shown_interval
 from identify.readings.blemish import Blemish
-from identify.readings.coloured_noise import ColouredNoise, coloured_noise
+from identify.readings.coloured_noise import ColouredNoise, coloured_noise, in_repeats, spectra
 from identify.readings.grid import adc_steps
 from identify.readings.mend import Mended, answer, mended
 from identify.readings.noise_left import noise_left
@@ -135,10 +135,13 @@ def hides_noise(readings: Readings, bench: Bench, hypothesis: Hypothesis, leave_
     """Return whether what a hypothesis leaves is coloured noise that the repeats alone did not tell."""
     if ColouredNoise.id in (*leave_out, *(b.id for b in readings.found)):
         return False
-    if unrepeated(Evidence(hypothesis.fit, bench.observations)) < MOSTLY:
-        return False
     seen = Mended(readings.traces, readings.hold_out, ())
-    return noise_left(*_less(hypothesis.fit.chain, seen, readings.data.noise.rms_v)) is not None
+    noise = noise_left(*_less(hypothesis.fit.chain, seen, readings.data.noise.rms_v))
+    if noise is None:
+        return False
+    if in_repeats(noise, spectra(readings.traces, readings.settle_s)):
+        return True
+    return unrepeated(Evidence(hypothesis.fit, bench.observations)) > MOSTLY
 
 
 def reread(readings: Readings, chain: Chain, explained: Sequence[Effect], leave_out: Sequence[str]) -> Readings:

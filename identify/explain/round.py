@@ -13,6 +13,7 @@ LOOKED_AT = 16  # candidates whose own parameters are fitted to first order
 HOPEFUL = 0.03  # share of the best promise at its start below which a candidate is not looked at
 DOUBTFUL = 0.05  # probability of a start's gain by chance above which nothing speaks for an effect
 FITTED_A_ROUND = 8
+UNFORESEEN = 3  # fits a round of what first order does not foresee
 PROMISING = 0.2  # share of the best promise below which a candidate is not fitted
 NEARLY = 0.9  # share of the best promise that the samples' own grid, on which promises are made, may mistake
 COMPARED = 60.0  # of twice the log of odds: what is further behind is as good as excluded
@@ -88,6 +89,16 @@ def passed_over(promises: Sequence[Promise], fitted: Sequence[Promise]) -> tuple
     best = max((p.gain for p in fitted), default=0.0)
     left = [p for p in promises if p not in fitted and p.gain > NEARLY * best]
     return tuple(sorted(left, key=lambda p: -p.gain)[:FITTED_A_ROUND])
+
+
+def unforeseen(promises: Sequence[Promise], fitted: Sequence[Promise]) -> list[Promise]:
+    """Return what was not fitted, gains much from its start, and is not told by a first order in the plain parameters.
+
+    These have moved far to stand in for it, and its fit does not begin where their first order leads.
+    """
+    best = max((p.candidate.gain for p in fitted), default=0.0)
+    left = [p for p in promises if p not in fitted and p.slack > abs(p.gain) and p.candidate.gain > PROMISING * best]
+    return sorted(left, key=lambda p: -p.candidate.gain)[:UNFORESEEN]
 
 
 def promising(promises: Sequence[Promise], tried: int, runs: int) -> list[Promise]:

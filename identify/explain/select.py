@@ -16,7 +16,7 @@ from identify.evidence import Evidence, candidates
 from identify.explain.chance import scatters_more
 from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
 from identify.explain.promise import Promise, promised
-from identify.explain.round import COMPARED, Round, hopeful, passed_over, promising, ranked
+from identify.explain.round import COMPARED, Round, hopeful, passed_over, promising, ranked, unforeseen
 from identify.fit import chi_squared, fit
 from identify.observe import Observation, refined
 from identify.phases import scanned
@@ -112,6 +112,10 @@ class Bench:
         hopes = [promised(evidence, c) for c in hopeful(screened, runs)]
         worth = promising(hopes, len(screened), runs)
         tried = self.doubled(base, self.raced(base, worth))
+        if min((h.misfit for h in tried), default=0.0) > NOISE_KNOWN:
+            left = unforeseen(hopes, worth)
+            starts = [replace(p, chain=p.candidate.effect.put_in(base.fit.chain, p.candidate.values)) for p in left]
+            tried = [*tried, *self.raced(base, starts)]
         fitted = [h for h in (*tried, *self.fuller(base, tried)) if self.possible(h)]
         return Round(base, tuple(screened), ranked(base, fitted), passed_over=passed_over(hopes, worth))
 

@@ -205,6 +205,14 @@ def _improvement(kept: Sequence[Spectrum], at: Array) -> float:
     return 2.0 * (_cost(kept, _white(kept), 0.0, 1.0) - _cost(kept, *_values(at)))
 
 
+def in_repeats(noise: Coloured, seen: Sequence[Spectrum]) -> bool:
+    """Return whether the differences between repeats have the colour of a noise rather than none.
+
+    What is the same in every repeat is in none of them.
+    """
+    return bool(seen) and 2.0 * (_cost(seen, _white(seen), 0.0, 1.0) - _cost(seen, *noise.values)) > CONFIRMING
+
+
 def _curvature(seen: Sequence[Spectrum], at: Array) -> Array:
     """Return the expected curvature of the cost: the sum of products of relative slopes of the expected power."""
     total = np.zeros((3, 3))
@@ -241,9 +249,12 @@ def _bursts(traces: Sequence[Trace], settle_s: float, noise: Coloured) -> float:
 
 
 def straying(white: Sequence[Array]) -> float:
-    """Return by how many standard deviations of chance white noise, or sums of it, strays beyond a normal law."""
+    """Return by how many standard deviations of chance white noise, or sums of it, strays beyond a normal law.
+
+    The filter that made it white began at rest, which the noise did not: the first tenth of readings is left out.
+    """
     sums: dict[int, list[Array]] = {length: [] for length in LENGTHS}
-    for new in white:
+    for new in (each[each.size // 10 :] for each in white):
         for length, found in sums.items():
             found.append(new[: new.size // length * length].reshape(-1, length).sum(axis=1))
     together = [np.concatenate(found) for found in sums.values() if found]

@@ -102,7 +102,7 @@ def loss_in(trace: Trace, answer: Array, noise_v: float, rough: bool = False) ->
     gains, at = kernels.best_cut(y, answer, even, longest)
     price = 2.0 * log(longest * y.size)
     count = int(np.argmax(gains)) + 1
-    scatter = max(noise_v, _after(y, answer, use, int(at[count - 1]), count))
+    scatter = max(noise_v, _after(y, answer, use, int(at[count - 1]), count, rough))
     if gains[count - 1] < (CONVINCING + price) * scatter**2:
         return None
     first = int(at[count - 1])
@@ -133,14 +133,17 @@ def _as_delay(y: Array, answer: Array, use: Mask) -> float:
     return max(by_part, *(float(np.sum(fall[use[inside]])) for fall in falls))
 
 
-def _after(y: Array, answer: Array, use: Mask, at: int, count: int) -> float:
+def _after(y: Array, answer: Array, use: Mask, at: int, count: int, rough: bool) -> float:
     """Return the scatter of readings about the answer once the loss is mended, V: a model that fails proves less.
 
-    What hangs together in the misfit lets its products with the slope scatter more: that counts as more scatter.
+    What hangs together in the misfit lets its products with the slope scatter more: that counts as more scatter, but
+    not in a ``rough`` look, where the loss itself may have made the model late.
     """
     misfit, slope = _misfits(y, answer, at, count), np.gradient(answer)
     moving = np.where(use[: misfit.size], np.delete(slope, np.s_[at : at + count]), 0.0)
     plain = float(np.mean(np.square(misfit[use[: misfit.size]])))
+    if rough:
+        return float(np.sqrt(plain))
     sums = [float(np.sum(piece)) for piece in np.array_split(misfit * moving, STRETCHES)]
     together = float(np.sum(np.square(sums))) / max(float(moving @ moving), 1e-300)
     return float(np.sqrt(max(plain, together)))

@@ -205,8 +205,11 @@ def slew_limit(w: Array, scene: Scene) -> Array:
 def rounded_slew(w: Array, scene: Scene) -> Array:
     """Let w be followed by an amplifier whose input stage saturates: dw'/dt = rate tanh((w - w') / (rate lag)).
 
-    Fourth-order Runge-Kutta, w straight between the instants.
+    Fourth-order Runge-Kutta, w straight between the instants; that is not stable where the lag is shorter than a step,
+    and there is no lag to be seen.
     """
+    if scene.values["lag"] < 0.5 * scene.grid.step_s:
+        return slew_limit(w, scene)
     return slewing(w, scene.values["rate"], scene.values["lag"], scene.grid.step_s)
 
 
