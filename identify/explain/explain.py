@@ -16,7 +16,7 @@ from identify.explain.explanation import Explanation
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import located
 from identify.explain.neighbours import settled
-from identify.explain.readings import hides_noise, read, reread
+from identify.explain.readings import counts_another, hides_noise, read, reread
 from identify.explain.select import Bench, selected
 from identify.explain.survey import surveyed
 from identify.explain.warrant import Warranted, warranted
@@ -72,14 +72,15 @@ def _explained(
     data = replace(data, test=tuple(refined(o, earned.hypothesis.fit.chain) for o in data.test))
     kept, dropped = confirmed(bench, earned, data.test)
     improved = adapted(kept.hypothesis.fit.chain, data.test)
-    reading = reread(readings, improved, kept.hypothesis.effects, leave_out)
+    reading = reread(readings, improved, kept.hypothesis.effects, leave_out, not kept.beyond.significant)
     own = {blemish for effect in kept.hypothesis.effects for blemish in effect.brings}
     before, after = {b.id for b in readings.found} - own, {b.id for b in reading.found} - {"adc_quantisation"}
     if before - after:  # what only the plain model showed in the readings is none of theirs: it is not looked for
         return _explained(model, traces, hold_out, note, (*leave_out, *(before - after)), against)
     if after - before and kept.beyond.significant:  # what is unexplained looks like blemishes, too
         reading = replace(reading, found=tuple(b for b in reading.found if b.id not in after - before))
-    elif after - before and against is None:  # what the mismatch had hidden: all is explained once more without it
+    elif against is None and (after - before or counts_another(readings, reading)):
+        # what the mismatch had hidden, or had shown wrongly: all is explained once more without it
         return _explained(model, traces, hold_out, note, leave_out, improved)
     note("done", 1.0)
     return Answer(model, data, bench, plain, kept, rounds, dropped, reading, seen).explanation()

@@ -22,6 +22,7 @@ from identify.readings.blemish import Blemish
 from identify.readings.coloured_noise import ColouredNoise, coloured_noise, in_repeats, spectra
 from identify.readings.grid import adc_steps
 from identify.readings.mend import Mended, answer, mended
+from identify.readings.missing_samples import MissingSamples
 from identify.readings.noise_left import noise_left
 from identify.readings.range_end import RangeEnd, range_ends
 from identify.stage import Place
@@ -29,6 +30,7 @@ from identify.trace import Trace
 
 LOOKS = 8  # at most: each look mends more of a loss that had moved the plain model
 WORTH = 0.5  # share of the plain model's misfit that may be left for its blemishes to count before it is explained
+HELD = 0.9  # the same where readings were lost: physics is not found beside it
 Prepared = Callable[[Split], tuple[Bench, Hypothesis]]
 
 
@@ -75,7 +77,12 @@ def read(
         return undone(mended(against, recorded.training, recorded.proof, raw.noise.rms_v, leave_out))
     seen = _looked(before.fit.chain, recorded, raw.noise.rms_v, leave_out, lambda m: _fitted(model, m, prepared))
     found = undone(seen)
-    return undone(recorded) if seen.found and found.plain.misfit > WORTH * before.misfit else found
+    return undone(recorded) if seen.found and found.plain.misfit > _worth(seen) * before.misfit else found
+
+
+def _worth(seen: Mended) -> float:
+    """Return which share of the plain model's misfit may be left without the blemishes that were seen."""
+    return HELD if _lost(seen.found) else WORTH
 
 
 def _within(
@@ -144,20 +151,37 @@ def hides_noise(readings: Readings, bench: Bench, hypothesis: Hypothesis, leave_
     return unrepeated(Evidence(hypothesis.fit, bench.observations)) > MOSTLY
 
 
-def reread(readings: Readings, chain: Chain, explained: Sequence[Effect], leave_out: Sequence[str]) -> Readings:
+def reread(
+    readings: Readings, chain: Chain, explained: Sequence[Effect], leave_out: Sequence[str], settled: bool
+) -> Readings:
     """Return the readings with the blemishes that are there against the chain that explains the rest, measured on it.
 
     The steps of the ADC are told here, where no effect tells of them; what an effect brings along is not told again.
+    Where all is ``settled``, nothing left beyond the noise, a rough look is enough for a loss of readings.
     """
     own = {blemish for effect in explained for blemish in effect.brings}
     noise = tuple(b for b in readings.found if b.id == ColouredNoise.id and b.id not in own)
     if noise and not _noisy(readings, chain):
         noise = ()  # it was physics that does not come back with the stimulus, and is explained
-    found = mended(chain, readings.traces, readings.hold_out, readings.data.noise.rms_v, leave_out).found
+    recorded = (chain, readings.traces, readings.hold_out, readings.data.noise.rms_v, leave_out)
+    found = mended(*recorded).found
+    if settled and _lost(readings.found) and not _lost(found):
+        found = (*found, *_lost(mended(*recorded, rough=True).found))
     found = (*(b for b in readings.found if b.id == RangeEnd.id), *found, *noise)
     if "adc_quantisation" not in (*(effect.id for effect in explained), *leave_out):
         found = (*found, *adc_steps([*readings.traces, *readings.hold_out], readings.data.noise.rms_v))
     return replace(readings, found=found)
+
+
+def counts_another(before: Readings, after: Readings) -> bool:
+    """Return whether as many readings as had been put back were not what was lost."""
+    counts = [{b.where: b.values["count"].value for b in _lost(readings.found)} for readings in (before, after)]
+    return counts[0] != counts[1]
+
+
+def _lost(found: Sequence[Blemish]) -> tuple[Blemish, ...]:
+    """Return the losses of readings among blemishes."""
+    return tuple(blemish for blemish in found if blemish.id == MissingSamples.id)
 
 
 def _noisy(readings: Readings, chain: Chain) -> bool:
