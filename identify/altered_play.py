@@ -149,8 +149,8 @@ def _widening(late_s: float, grid: Grid) -> Callable[[Array], Array]:
 
     The speed is the slope of the last step, carried on to its end by the lesser of the last two changes of slope:
     behind a block of first order the slope jumps with its input, and what a jump would add to it once w, which keeps
-    the most that a border pushed it, would keep. Where v has turned round in between, its speed was zero there, and the border
-    stood where v turned: close to the instant before.
+    the most that a border pushed it, would keep. Where v has turned round in between, its speed was zero there, and
+    the border stood where v turned: close to the instant before.
     """
     past = np.zeros(0)
 

@@ -81,8 +81,8 @@ def _rivals(bench: Bench, final: Hypothesis, effect: Effect, rounds: list[Round]
     step = _round_of(effect, rounds)
     if step is None:
         return []
-    taken = {_kind(other) for other in final.effects}
-    near = [h for h in step.near if _kind(h.effects[-1]) not in taken][:WEIGHED]
+    beside = {other.id for other in final.effects if other != effect}  # a chain has no effect twice, at no two places
+    near = [h for h in step.near if _kind(h.effects[-1]) != _kind(effect) and h.effects[-1].id not in beside][:WEIGHED]
     if len(final.effects) == 1:
         return [(h.effects[-1], h) for h in near]
     return [(h.effects[-1], bench.swapped(final, effect, h)) for h in near]

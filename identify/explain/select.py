@@ -286,6 +286,7 @@ def selected(bench: Bench, start: Hypothesis, note: Note) -> tuple[Bench, Hypoth
             this = replace(this, tried=(), settled=None)
         rounds.append(this)
         if this.best is None:
+            best = this.base  # fitted again where finer grids were needed to compare it
             break
         finer = bench.refined(this.best.fit.chain)
         best = this.best if finer is bench else finer.fitted(this.best.fit.chain, this.best.effects)

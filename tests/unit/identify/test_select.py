@@ -73,6 +73,25 @@ def test_what_an_effect_was_exchanged_for_is_among_its_rivals(bench, rounds):
     assert all((other.id, other.probability < 0.5) == ("soft_saturation", True) for other in others)
 
 
+def test_an_effect_at_another_place_is_no_rival_beside_itself():
+    """A chain has no effect twice: what stood near in the first round may be in the set by now."""
+    late = (Concealed("source_pole", {"tau": 3e-3}),)
+    seen = observed(recorded(RC, staircase("walk", FIG13_LEVELS_V, 0.02), late, NOISE_V, seed=3), NOISE_V)
+    bench = Bench(chain_of(model_of(RC)), (seen,), (), tuple(catalogue().values()))
+    base, (source, before, behind) = bench.fitted(bench.plain, ()), (
+        catalogue()[name](place) for name, place in (
+            ("source_pole", Place.SOURCE), ("extra_pole", Place.G1), ("extra_pole", Place.G2))
+    )  # fmt: skip
+    values = {"source_pole.tau": 3e-3, "extra_pole.tau": 1e-4}
+    first = bench.fitted(bench.with_effects((source,), values), (source,))
+    near = replace(first, effects=(behind,))
+    final = bench.fitted(bench.with_effects((source, before), values), (source, before))
+    screened = Candidate(source, {"tau": 3e-3}, 1e3)
+    beyond = Located(base, (), 1, 1.0)
+    _, others = odds(bench, final, source, [Round(base, (screened,), (first, near))], beyond)
+    assert "extra_pole" not in {other.id for other in others}
+
+
 def test_a_form_with_one_parameter_more_is_tried_where_the_best_leaves_more_than_noise(bench):
     base, rail = bench.fitted(bench.plain, ()), fitted(bench, RAIL)
     (both,) = bench.fuller(base, [rail])  # the feedthrough is not explained yet
