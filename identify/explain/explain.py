@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from math import sqrt
 
 from threadpoolctl import threadpool_limits
 
@@ -13,7 +14,7 @@ from identify.explain.answer import Answer
 from identify.explain.confirm import CONVINCING, adapted, improvement, would_tell
 from identify.explain.everywhere import everywhere
 from identify.explain.explanation import Explanation
-from identify.explain.hypothesis import Hypothesis
+from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
 from identify.explain.locate import located
 from identify.explain.neighbours import settled
 from identify.explain.readings import counts_another, hides_noise, read, reread
@@ -94,7 +95,8 @@ def prepared(model: Model, data: Split, leave_out: Sequence[str] = ()) -> tuple[
     """Return the bench of hypotheses and the fitted plain model, on grids fine enough for it."""
     chain = as_promised(chain_of(model, intersample_of([o.trace for o in data.train])), model)
     kinds = tuple(kind for name, kind in catalogue().items() if name not in leave_out)
-    bench = Bench(chain, data.train, model.fixed, kinds)
+    noise_known = max(NOISE_KNOWN, sqrt(2.0 / data.noise.freedom))
+    bench = Bench(chain, data.train, model.fixed, kinds, noise_known=noise_known)
     coarse = bench.fitted(chain, ())
     bench = bench.refined(coarse.fit.chain)
     return bench, bench.fitted(coarse.fit.chain, ())

@@ -11,18 +11,22 @@ from identify.stage import Parameter
 
 FALSE_DISCOVERIES = 0.01  # share of findings on the training data that may be chance
 WORTH = 0.2  # share of a misfit beyond the noise an effect must explain: less is what any wrong effect absorbs
-NOISE_KNOWN = 0.01  # how well the noise's variance is known; misfit below this is not told from noise
+NOISE_KNOWN = 0.01  # how well the noise's variance is known at best; misfit below this is not told from noise
 LEAST_TOLD = 10.0
 
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """A set of effects, fitted: ``chi2`` is the sum of squared residuals over the noise, without the prior."""
+    """A set of effects, fitted: ``chi2`` is the sum of squared residuals over the noise, without the prior.
+
+    ``noise_known`` is how well the variance of that noise is known, relative to it.
+    """
 
     effects: tuple[Effect, ...]
     fit: Fit
     chi2: float
     count: int
+    noise_known: float = NOISE_KNOWN
 
     @property
     def parameters(self) -> int:
@@ -65,14 +69,14 @@ class Hypothesis:
     def gains_enough(self, other: "Hypothesis") -> bool:
         """Return whether chi-squared falls by more than what a wrong effect takes of a misfit that is not its own.
 
-        A misfit that may be noise, whose variance is known to ``NOISE_KNOWN``, has no share worth asking for.
+        A misfit that may be noise, whose variance is known to ``noise_known``, has no share worth asking for.
         """
-        proven = other.chi2 - (1.0 + 2.0 * NOISE_KNOWN) * other.count
+        proven = other.chi2 - (1.0 + 2.0 * other.noise_known) * other.count
         return other.chi2 - self.chi2 > WORTH * proven
 
     def share(self, other: "Hypothesis") -> float:
         """Return which share of what ``other`` leaves beyond the noise this hypothesis explains."""
-        return (other.chi2 - self.chi2) / max(other.chi2 - other.count, NOISE_KNOWN * other.count)
+        return (other.chi2 - self.chi2) / max(other.chi2 - other.count, other.noise_known * other.count)
 
 
 def is_angle(parameter: Parameter) -> bool:

@@ -19,7 +19,7 @@ from identify.chain import local_name
 from identify.derivatives.sensitivities import DIFFERENCE
 from identify.evidence import Evidence
 from identify.explain.corrections import corrections, sharpened
-from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
+from identify.explain.hypothesis import Hypothesis
 from identify.explain.select import Bench
 from identify.explain.wander import wandering
 from identify.fit import chi_squared
@@ -264,7 +264,7 @@ def ended(bench: Bench, fitted: list[tuple[Correction, Hypothesis]]) -> list[tup
 
 def _promised(ranked: Sequence[Suspect], base: Hypothesis) -> dict[Place, float]:
     """Return the largest share of the misfit that the corrections of every place promise."""
-    beyond = max(base.chi2 - base.count, NOISE_KNOWN * base.count)
+    beyond = max(base.chi2 - base.count, base.noise_known * base.count)
     found: dict[Place, float] = {}
     for s in ranked:
         found[s.correction.place] = max(found.get(s.correction.place, 0.0), s.gain / beyond)

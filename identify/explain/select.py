@@ -45,13 +45,14 @@ Note = Callable[[str, float], None]
 
 @dataclass(frozen=True)
 class Bench:
-    """The data and the plain chain all hypotheses are built on."""
+    """The data, how well the variance of their noise is known, and the plain chain all hypotheses are built on."""
 
     plain: Chain
     observations: tuple[Observation, ...]
     fixed: tuple[str, ...]
     kinds: tuple[type[Effect], ...]
     known: dict[tuple[Effect, ...], Hypothesis] = field(default_factory=dict)
+    noise_known: float = NOISE_KNOWN
 
     def fitted(self, chain: Chain, effects: Sequence[Effect], iterations: int = ITERATIONS) -> Hypothesis:
         """Fit a chain from its own values, with the priors of the plain parameters at the rig file's.
@@ -67,7 +68,7 @@ class Bench:
                 break
             found = fit(found.chain, seen, self.plain.values, self.fixed, iterations, valleys=False)
         chi2 = sum(chi_squared(found.chain, o) for o in seen)
-        return Hypothesis(tuple(effects), found, chi2, sum(o.count for o in self.observations))
+        return Hypothesis(tuple(effects), found, chi2, sum(o.count for o in self.observations), self.noise_known)
 
     def finely(self, hypothesis: Hypothesis) -> Hypothesis:
         """Return a hypothesis fitted on the grids of the bench, whose slopes tell how sure its values are."""
@@ -112,7 +113,7 @@ class Bench:
         hopes = [promised(evidence, c) for c in hopeful(screened, runs)]
         worth = promising(hopes, len(screened), runs)
         tried = self.doubled(base, self.raced(base, worth))
-        if min((h.misfit for h in tried), default=0.0) > NOISE_KNOWN:
+        if min((h.misfit for h in tried), default=0.0) > self.noise_known:
             left = unforeseen(hopes, worth)
             starts = [replace(p, chain=p.candidate.effect.put_in(base.fit.chain, p.candidate.values)) for p in left]
             tried = [*tried, *self.raced(base, starts)]
@@ -148,7 +149,7 @@ class Bench:
         Plain values that were moved to stand in for a lag hold part of it back: a minimum with half of each.
         """
         found = sorted(tried, key=lambda h: h.chi2)
-        if not found or found[0].misfit < NOISE_KNOWN:
+        if not found or found[0].misfit < self.noise_known:
             return found
         reach = found[0].chi2 + FAR * (base.chi2 - found[0].chi2)
         for number, h in enumerate(found[:DOUBLED]):
@@ -161,7 +162,7 @@ class Bench:
     def fuller(self, base: Hypothesis, tried: Sequence[Hypothesis]) -> list[Hypothesis]:
         """Fit forms with one parameter more of what came near the best, where the best leaves more than noise."""
         best = min(tried, key=lambda h: h.chi2, default=base)
-        if best.misfit < NOISE_KNOWN:
+        if best.misfit < self.noise_known:
             return []
         reach = best.chi2 + FAR * (base.chi2 - best.chi2)
         known, found = {h.effects[-1] for h in tried}, []

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
+from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import suspects
 from identify.explain.select import Bench
 from identify.interval import number
@@ -33,7 +33,7 @@ class StageShare:
 def surveyed(bench: Bench, plain: Hypothesis) -> tuple[StageShare, ...]:
     """Return what each stage could explain of the plain model's misfit, in the order of the signal."""
     ranked = suspects(bench.evidence(plain))
-    beyond = max(plain.chi2 - plain.count, NOISE_KNOWN * plain.count)
+    beyond = max(plain.chi2 - plain.count, plain.noise_known * plain.count)
     found = {}
     for s in ranked:
         place, tried = s.correction.place, len(ranked)
