@@ -80,8 +80,7 @@ def _explained(
         return _explained(model, traces, hold_out, note, (*leave_out, *(before - after)), against)
     if after - before and kept.beyond.significant:  # what is unexplained looks like blemishes, too
         reading = replace(reading, found=tuple(b for b in reading.found if b.id not in after - before))
-    elif against is None and (after - before or counts_another(readings, reading)):
-        # what the mismatch had hidden, or had shown wrongly: all is explained once more without it
+    elif against is None and (after - before or counts_another(readings, reading)):  # hidden so far, or shown wrongly
         return _explained(model, traces, hold_out, note, leave_out, improved)
     note("done", 1.0)
     return Answer(model, data, bench, plain, kept, rounds, dropped, reading, seen).explanation()
