@@ -182,6 +182,17 @@ def test_what_is_damped_beyond_ringing_is_no_resonance():
     assert found.chain.values["resonance.zeta"] <= 1.0
 
 
+def test_a_gap_that_widens_with_speed_is_told_right_where_a_block_of_first_order_makes_speed_leap():
+    fast, k = sine("fast", 100.0, 9.0, 10, 1), 7e-4
+    trace = recorded(RC, fast, (Concealed("rate_dependent_gap", {"k": k}),), fine=128)
+    chain = chain_of(model_of(RC, (Physics("rate_dependent_gap", {"k": k}),)))
+    effect = np.std(simulate(plain_chain(model_of(RC)), trace, 32) - trace.y)
+    off = [np.std(simulate(chain, trace, substeps) - trace.y) for substeps in (8, 16, 32)]
+    assert off[1] < 0.6 * off[0]
+    assert off[2] < 0.6 * off[1]
+    assert off[2] < 0.01 * effect
+
+
 def law(effect, values, signal):
     run, _ = effect.begin(values, Grid("a", 1e-4), Ramp())
     return run(Block(signal, signal, 0, Grid("a", 1e-4)))

@@ -59,6 +59,13 @@ def test_physics_of_no_catalogue_is_the_less_likely_the_less_a_name_leaves():
     assert unheard(Located(base, (), 1e-6), 100.0) > 5.0 * doubts[0]
 
 
+def test_a_misfit_that_the_noise_may_be_is_no_reason_to_ask_for_a_share_of_it():
+    found = fit(PLAIN, [observed(noisy(recorded(OP_AMP, sine("a", 10.0, 3.0, 2, 1)), 0.01, 1), 0.01)], iterations=0)
+    for noise_known, enough in ((0.01, False), (0.025, True)):
+        base = Hypothesis((), found, 5150.0, 5000, noise_known)  # 3 % more than noise of which so much is known
+        assert replace(base, chi2=5145.0).gains_enough(base) is enough
+
+
 def test_a_name_is_said_before_another_one_is_said_twice():
     pole, own = ("extra_pole", Place.G1), ("extra_pole", Place.G2)
     source, delay = ("source_pole", Place.SOURCE), ("dead_time", Place.G2)

@@ -2,7 +2,30 @@
 
 import pytest
 
+from identify.explain import explain
 from identify.explain.confirm import most_believed
+from tests.proof.cases import Concealed
+from tests.proof.rigs import OP_AMP
+from tests.proof.stimuli import FIG13_LEVELS_V, staircase
+from tests.trials import model_of, recorded
+
+
+def test_no_name_of_an_answer_is_likelier_than_that(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[tuple[float, float]] = []
+
+    def most(met: float, left: float) -> float:
+        asked.append((met, left))
+        return 0.5
+
+    monkeypatch.setattr("identify.explain.answer.most_believed", most)
+    rails = (Concealed("saturation", {"upper": 9.0, "lower": -30.0}),)
+    walks = [staircase("walk", tuple(share * v for v in FIG13_LEVELS_V), 0.05, 2) for share in (1.0, 0.9)]
+    runs = [recorded(OP_AMP, walk, rails, 0.01, seed, fine=8) for seed, walk in enumerate(walks)]
+    (rail,) = explain(model_of(OP_AMP), runs[:1], runs[1:]).effects
+    assert (rail.id, rail.probability) == ("saturation", 0.5)
+    ((met, left),) = asked
+    assert met > 10.0
+    assert left < 1.1
 
 
 @pytest.mark.parametrize(("met", "left", "most"), [

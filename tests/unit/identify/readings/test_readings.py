@@ -9,14 +9,15 @@ from identify.chain import plain_chain, simulate
 from identify.colour import Colour, whitening
 from identify.effects.effect import Confusion, short
 from identify.explain.explain import prepared
-from identify.explain.readings import read
+from identify.explain.readings import counts_another, hides_noise, read, reread
 from identify.holdout import settling_s, split
+from identify.interval import Interval
 from identify.readings import blemishes
 from identify.readings.blemish import Blemish
-from identify.readings.coloured_noise import coloured_noise
+from identify.readings.coloured_noise import Coloured, ColouredNoise, coloured_noise, in_repeats, spectra
 from identify.readings.grid import COARSE, adc_steps
 from identify.readings.mend import mended
-from identify.readings.missing_samples import loss_in, with_gap
+from identify.readings.missing_samples import MissingSamples, loss_in, with_gap
 from identify.readings.spikes import outliers, spikes
 from identify.trace import Step, Trace
 from tests.contract.test_effects import STAGES, UNITS
@@ -98,6 +99,39 @@ def test_readings_lost_beside_physics_are_held_until_that_is_explained():
     assert loss.id == "missing_samples"
     assert loss.values["position"].value == pytest.approx(3.4, abs=0.05)  # half a period
     assert held.plain.misfit < 0.5 * plain.misfit
+    assert not counts_another(held, held)
+    more = MissingSamples({**loss.values, "count": Interval(10.0, 10.0, 10.0)}, loss.p_value, loss.where)
+    assert counts_another(held, replace(held, found=(more,)))
+    assert counts_another(held, replace(held, found=()))
+
+
+def test_a_loss_before_the_last_edge_is_told_where_nothing_else_is_left():
+    """One edge behind it is too little to be sure that both sides are in time; once mended, nothing is left."""
+    run, model = recording(Concealed("missing_samples", {"position": 5.53, "count": 6.0})), model_of(OP_AMP)
+    assert mended(CHAIN, [run], [], NOISE_V).found == ()
+    seen = read(model, [run], [], lambda data: prepared(model, data), ())
+    told = [reread(seen, CHAIN, (), (), settled).found for settled in (True, False)]
+    assert [[b.id for b in found] for found in told] == [["missing_samples"], []]
+    assert told[0][0].values["count"].value == 6.0
+
+
+def test_the_colour_of_a_noise_is_in_the_differences_of_repeats_and_that_of_physics_is_not():
+    law, settle_s = Coloured(NOISE_V, 0.006, 1.2), settling_s(model_of(OP_AMP))
+    noisy = recording(Concealed("coloured_noise", {"sd": 0.006, "slope": 1.2}), stimulus=SINE)
+    sagging = recording(Concealed("leak", {"rate": 0.5}), stimulus=SINE)
+    assert in_repeats(law, spectra([noisy], settle_s))
+    assert not in_repeats(law, spectra([sagging], settle_s))
+    assert not in_repeats(law, spectra([recording(stimulus=SINE)], settle_s))
+    assert not in_repeats(law, [])
+
+
+@pytest.mark.parametrize(("sd_v", "hidden"), [(0.006, True), (0.0, False)])
+def test_noise_that_a_model_leaves_is_hidden_in_it_where_repeats_have_its_colour(sd_v, hidden):
+    noise, model = Concealed("coloured_noise", {"sd": sd_v, "slope": 1.2}), model_of(OP_AMP)
+    runs = [recording(noise, stimulus=stimulus, seed=seed) for seed, stimulus in enumerate((STAIRS, SINE))]
+    seen = read(model, runs, [], lambda data: prepared(model, data), (ColouredNoise.id,))
+    assert hides_noise(seen, seen.bench, seen.plain, ()) is hidden
+    assert not hides_noise(seen, seen.bench, seen.plain, (ColouredNoise.id,))
 
 
 def test_readings_that_stand_still_on_a_coarse_grid_have_no_noise_to_be_coloured():
