@@ -6,7 +6,7 @@ from math import sqrt
 
 from threadpoolctl import threadpool_limits
 
-from identify.chain import Chain, as_promised
+from identify.chain import as_promised
 from identify.effects import catalogue, chain_of
 from identify.effects.effect import Effect
 from identify.excerpts.excerpts import excerpts_of
@@ -17,7 +17,7 @@ from identify.explain.explanation import Explanation
 from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
 from identify.explain.locate import located
 from identify.explain.neighbours import settled
-from identify.explain.readings import counts_another, hides_noise, read, reread
+from identify.explain.readings import Look, Readings, counts_another, hides_noise, read, reread
 from identify.explain.select import Bench, selected
 from identify.explain.survey import surveyed
 from identify.explain.warrant import Warranted, warranted
@@ -48,42 +48,61 @@ def explain(
     with threadpool_limits(1, "blas"):  # the matrices are small: threads only wait for each other
         excerpts = excerpts_of(model, traces, hold_out)
         if excerpts is None:
-            return _explained(model, traces, hold_out, progress or _silent, leave_out)
-        told = _explained(model, excerpts.training, excerpts.proof, progress or _silent, leave_out)
+            return _explained(model, traces, hold_out, progress or _silent, Look(tuple(leave_out)))
+        told = _explained(model, excerpts.training, excerpts.proof, progress or _silent, Look(tuple(leave_out)))
         return everywhere(told, model, excerpts)
 
 
 def _explained(
-    model: Model, traces: Sequence[Trace], hold_out: Sequence[Trace], note: Note, leave_out: Sequence[str],
-    against: Chain | None = None,
-) -> Explanation:  # fmt: skip
-    """Go the whole way with a model that can be fitted; blemishes of the readings are seen ``against`` a chain."""
+    model: Model, traces: Sequence[Trace], hold_out: Sequence[Trace], note: Note, look: Look
+) -> Explanation:
+    """Go the whole way with a model that can be fitted; what is found at its end may have it gone once more."""
     note("fitting the plain model", 0.02)
-    readings = read(model, traces, hold_out, lambda data: prepared(model, data, leave_out), leave_out, against)
+    readings = read(model, traces, hold_out, lambda data: prepared(model, data, look.leave_out), look)
     data, bench, plain = readings.data, readings.bench, readings.plain
     note("locating the mismatch", 0.1)
     seen = surveyed(bench, plain)
     bench, final, rounds = selected(bench, plain, note)
-    if against is None and hides_noise(readings, bench, final, leave_out):
-        return _explained(model, traces, hold_out, note, leave_out, final.fit.chain)
+    if look.against is None and hides_noise(readings, bench, final, look.leave_out):
+        return _explained(model, traces, hold_out, note, replace(look, against=final.fit.chain))
     note("checking the names against free-form corrections", 0.75)
     plain = bench.fitted((rounds[0].base if rounds else plain).fit.chain, ())
     earned = warranted(bench, plain, final, rounds)
     note("confirming on held-out data", 0.9)
     data = replace(data, test=tuple(refined(o, earned.hypothesis.fit.chain) for o in data.test))
     kept, dropped = confirmed(bench, earned, data.test)
-    improved = adapted(kept.hypothesis.fit.chain, data.test)
-    reading = reread(readings, improved, kept.hypothesis.effects, leave_out, not kept.beyond.significant)
-    own = {blemish for effect in kept.hypothesis.effects for blemish in effect.brings}
-    before, after = {b.id for b in readings.found} - own, {b.id for b in reading.found} - {"adc_quantisation"}
-    if before - after:  # what only the plain model showed in the readings is none of theirs: it is not looked for
-        return _explained(model, traces, hold_out, note, (*leave_out, *(before - after)), against)
-    if after - before and kept.beyond.significant:  # what is unexplained looks like blemishes, too
-        reading = replace(reading, found=tuple(b for b in reading.found if b.id not in after - before))
-    elif against is None and (after - before or counts_another(readings, reading)):  # hidden so far, or shown wrongly
-        return _explained(model, traces, hold_out, note, leave_out, improved)
+    reading, again = _looked_again(readings, kept, data, look)
+    if again is not None and again.held:  # a guess: it is taken where it explains all
+        told = _explained(model, traces, hold_out, note, again)
+        if told.verdict == "explained":
+            return told
+    elif again is not None:
+        return _explained(model, traces, hold_out, note, again)
     note("done", 1.0)
     return Answer(model, data, bench, plain, kept, rounds, dropped, reading, seen).explanation()
+
+
+def _looked_again(
+    readings: Readings, kept: Warranted, data: Split, look: Look
+) -> tuple[Readings, Look | None]:
+    """Return the readings as they are against the chain that explains the rest, and how to look at all of it once more.
+
+    None where these are the readings that were explained.
+    """
+    effects = kept.hypothesis.effects
+    improved = adapted(kept.hypothesis.fit.chain, data.test)
+    reading = reread(readings, improved, effects, look.leave_out, not kept.beyond.significant)
+    own = {blemish for effect in effects for blemish in effect.brings}
+    before, after = {b.id for b in readings.found} - own, {b.id for b in reading.found} - {"adc_quantisation"}
+    if before - after:  # what only the plain model showed in the readings is none of theirs: it is not looked for
+        return reading, replace(look, leave_out=(*look.leave_out, *(before - after)), held=False)
+    if after - before and kept.beyond.significant:  # what is unexplained looks like blemishes, too
+        reading = replace(reading, found=tuple(b for b in reading.found if b.id not in after - before))
+    elif look.against is None and (after - before or counts_another(readings, reading)):
+        return reading, replace(look, against=improved, held=False)  # what the mismatch had hidden or shown wrongly
+    if kept.beyond.significant and readings.doubtful and not look.held:
+        return reading, replace(look, held=True)
+    return reading, None
 
 
 def _silent(sentence: str, share: float) -> None:

@@ -6,6 +6,7 @@ and the recordings are looked at once more against that: what only a model led a
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from identify.chain import Chain
 from identify.effects.effect import Effect, short
@@ -30,7 +31,6 @@ from identify.trace import Trace
 
 LOOKS = 8  # at most: each look mends more of a loss that had moved the plain model
 WORTH = 0.5  # share of the plain model's misfit that may be left for its blemishes to count before it is explained
-HELD = 0.9  # the same where readings were lost: physics is not found beside it
 Prepared = Callable[[Split], tuple[Bench, Hypothesis]]
 
 
@@ -47,42 +47,56 @@ class Readings:
     plain: Hypothesis
     found: tuple[Blemish, ...]
     settle_s: float
+    doubtful: tuple[Blemish, ...] = ()  # losses of readings of which only a rough look told
+
+
+@dataclass(frozen=True)
+class Look:
+    """How recordings are looked at: without ids that are ``leave_out``, ``against`` a chain (None: the plain one).
+
+    Losses of which only a rough look tells are ``held`` until physics beside them is explained.
+    """
+
+    leave_out: tuple[str, ...] = ()
+    against: Chain | None = None
+    held: bool = False
 
 
 def read(
-    model: Model, traces: Sequence[Trace], hold_out: Sequence[Trace], prepared: Prepared, leave_out: Sequence[str],
-    against: Chain | None = None,
-) -> Readings:  # fmt: skip
+    model: Model, traces: Sequence[Trace], hold_out: Sequence[Trace], prepared: Prepared, look: Look
+) -> Readings:
     """Return the recordings as they are to be explained; ``prepared`` fits the plain model.
 
     A rough look, a fit without what it shows, a close look: until the close one confirms the rough one, or is all
-    there is. Where physics beside it stands against a close look, the rough one is held until that is explained. What
-    is seen while the plain model leaves much more than the readings' blemishes waits for a chain that explains the
-    rest; given one, they are looked at ``against`` it alone.
+    there is. What is seen while the plain model leaves much more than the readings' blemishes waits for a chain that
+    explains the rest; given one, they are looked at against it alone. A loss of which only a rough look tells counts
+    where nothing is left without it, or where it is to be held.
     """
     raw = split(model, traces, hold_out)
     bench, before = prepared(raw)
-    recorded, ends = _within(traces, hold_out, raw.noise.rms_v, leave_out)
+    recorded, ends = _within(traces, hold_out, raw.noise.rms_v, look.leave_out)
 
     def undone(seen: Mended) -> Readings:
         data = split(model, seen.training, seen.proof) if seen.found or ends else raw
-        data, noise = _whitened(data, seen, settling_s(model), leave_out, against)
+        data, noise = _whitened(data, seen, settling_s(model), look)
         mine, plain = (bench, before) if data is raw else prepared(data)
         told = {blemish.id for blemish in ends}  # what the readings alone tell is not fitted once more
         again = replace(mine, kinds=tuple(kind for kind in mine.kinds if kind.id not in told)), plain
         found = (*ends, *seen.found, *noise)
         return Readings(recorded.training, recorded.proof, raw, before, data, *again, found, settling_s(model))
 
-    if against is not None:
-        return undone(mended(against, recorded.training, recorded.proof, raw.noise.rms_v, leave_out))
-    seen = _looked(before.fit.chain, recorded, raw.noise.rms_v, leave_out, lambda m: _fitted(model, m, prepared))
-    found = undone(seen)
-    return undone(recorded) if seen.found and found.plain.misfit > _worth(seen) * before.misfit else found
-
-
-def _worth(seen: Mended) -> float:
-    """Return which share of the plain model's misfit may be left without the blemishes that were seen."""
-    return HELD if _lost(seen.found) else WORTH
+    if look.against is not None:
+        return undone(mended(look.against, recorded.training, recorded.proof, raw.noise.rms_v, look.leave_out))
+    fitted = partial(_fitted, model, prepared)
+    close, rough = _looked(before.fit.chain, recorded, raw.noise.rms_v, look.leave_out, fitted)
+    found = undone(close)
+    if close.found:
+        return undone(recorded) if found.plain.misfit > WORTH * before.misfit else found
+    if not _lost(rough.found):
+        return found
+    mended_roughly = undone(rough)
+    settled = mended_roughly.plain.misfit < 2.0 * bench.noise_known
+    return mended_roughly if settled or look.held else replace(found, doubtful=_lost(rough.found))
 
 
 def _within(
@@ -95,17 +109,15 @@ def _within(
     return Mended(seen[: len(traces)], seen[len(traces) :], ()), ends
 
 
-def _fitted(model: Model, seen: Mended, prepared: Prepared) -> Chain:
+def _fitted(model: Model, prepared: Prepared, seen: Mended) -> Chain:
     """Return the plain chain fitted to recordings whose blemishes are undone."""
     return prepared(split(model, seen.training, seen.proof))[1].fit.chain
 
 
 def _looked(
     chain: Chain, recorded: Mended, noise_v: float, leave_out: Sequence[str], fitted: Callable[[Mended], Chain]
-) -> Mended:
-    """Return what close looks show beside a plain chain that is ``fitted`` again without what the rough ones show.
-
-    Where they show nothing, it is what the last rough look does.
+) -> tuple[Mended, Mended]:
+    """Return what close looks show beside a chain that is ``fitted`` again without what rough ones show, and the latter.
     """
     runs, seen = (recorded.training, recorded.proof), recorded
     rough = mended(chain, *runs, noise_v, leave_out, rough=True)
@@ -117,18 +129,18 @@ def _looked(
         rough = mended(chain, *runs, noise_v, leave_out, rough=True)
         if rough.found == last.found:
             break
-    return seen if seen.found else rough
+    return seen, rough
 
 
 def _whitened(
-    data: Split, seen: Mended, settle_s: float, leave_out: Sequence[str], against: Chain | None
+    data: Split, seen: Mended, settle_s: float, look: Look
 ) -> tuple[Split, tuple[ColouredNoise, ...]]:
     """Return the data weighed as their noise is coloured, and what tells of that; as they are where it is white."""
     noise = None
-    if ColouredNoise.id not in leave_out:
+    if ColouredNoise.id not in look.leave_out:
         noise = coloured_noise(seen.training, seen.proof, settle_s)
-    if noise is None and ColouredNoise.id not in leave_out and against is not None:
-        noise = noise_left(*_less(against, seen, data.noise.rms_v))
+        if noise is None and look.against is not None:
+            noise = noise_left(*_less(look.against, seen, data.noise.rms_v))
     if noise is None:
         return data, ()
     train, test = (

@@ -9,7 +9,7 @@ from identify.chain import plain_chain, simulate
 from identify.colour import Colour, whitening
 from identify.effects.effect import Confusion, short
 from identify.explain.explain import prepared
-from identify.explain.readings import counts_another, hides_noise, read, reread
+from identify.explain.readings import Look, counts_another, hides_noise, read, reread
 from identify.holdout import settling_s, split
 from identify.interval import Interval
 from identify.readings import blemishes
@@ -94,7 +94,9 @@ def test_readings_lost_beside_physics_are_held_until_that_is_explained():
     model = model_of(OP_AMP)
     _, plain = prepared(model, split(model, runs, []))
     assert mended(plain.fit.chain, runs, [], NOISE_V).found == ()
-    held = read(model, runs, [], lambda data: prepared(model, data), ())
+    doubted, held = (read(model, runs, [], lambda data: prepared(model, data), Look(held=h)) for h in (False, True))
+    assert doubted.found == ()
+    assert [loss.id for loss in doubted.doubtful] == ["missing_samples"]
     (loss,) = held.found
     assert loss.id == "missing_samples"
     assert loss.values["position"].value == pytest.approx(3.4, abs=0.05)  # half a period
@@ -109,7 +111,7 @@ def test_a_loss_before_the_last_edge_is_told_where_nothing_else_is_left():
     """One edge behind it is too little to be sure that both sides are in time; once mended, nothing is left."""
     run, model = recording(Concealed("missing_samples", {"position": 5.53, "count": 6.0})), model_of(OP_AMP)
     assert mended(CHAIN, [run], [], NOISE_V).found == ()
-    seen = read(model, [run], [], lambda data: prepared(model, data), ())
+    seen = read(model, [run], [], lambda data: prepared(model, data), Look())
     told = [reread(seen, CHAIN, (), (), settled).found for settled in (True, False)]
     assert [[b.id for b in found] for found in told] == [["missing_samples"], []]
     assert told[0][0].values["count"].value == 6.0
@@ -129,7 +131,7 @@ def test_the_colour_of_a_noise_is_in_the_differences_of_repeats_and_that_of_phys
 def test_noise_that_a_model_leaves_is_hidden_in_it_where_repeats_have_its_colour(sd_v, hidden):
     noise, model = Concealed("coloured_noise", {"sd": sd_v, "slope": 1.2}), model_of(OP_AMP)
     runs = [recording(noise, stimulus=stimulus, seed=seed) for seed, stimulus in enumerate((STAIRS, SINE))]
-    seen = read(model, runs, [], lambda data: prepared(model, data), (ColouredNoise.id,))
+    seen = read(model, runs, [], lambda data: prepared(model, data), Look((ColouredNoise.id,)))
     assert hides_noise(seen, seen.bench, seen.plain, ()) is hidden
     assert not hides_noise(seen, seen.bench, seen.plain, (ColouredNoise.id,))
 
