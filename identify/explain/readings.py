@@ -117,8 +117,7 @@ def _fitted(model: Model, prepared: Prepared, seen: Mended) -> Chain:
 def _looked(
     chain: Chain, recorded: Mended, noise_v: float, leave_out: Sequence[str], fitted: Callable[[Mended], Chain]
 ) -> tuple[Mended, Mended]:
-    """Return what close looks show beside a chain that is ``fitted`` again without what rough ones show, and the latter.
-    """
+    """Return what close looks show beside a chain ``fitted`` again without what rough ones show, and what those do."""
     runs, seen = (recorded.training, recorded.proof), recorded
     rough = mended(chain, *runs, noise_v, leave_out, rough=True)
     for _ in range(LOOKS):
