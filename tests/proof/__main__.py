@@ -8,7 +8,7 @@ nothing more and tells of all that the file has. ``--write`` puts the tables int
 import argparse
 import subprocess
 from collections.abc import Iterator
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -35,7 +35,7 @@ def main(words: list[str] | None = None) -> None:
     if wanted.told:
         told(wanted, list(answered(wanted.out, REPLY)))
         return
-    keys = list(islice(selected(wanted, effects), wanted.cases))
+    keys = [replace(key, z=wanted.z and tuple(wanted.z)) for key in islice(selected(wanted, effects), wanted.cases)]
     done = answered(wanted.out, REPLY)
     todo = [key for key in keys if key.text not in done]
     print(f"{len(keys)} trials, {len(keys) - len(todo)} of them answered before, into {wanted.out}", flush=True)
@@ -62,6 +62,8 @@ def arguments(words: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--cases", type=int, default=66, help="how many trials; 66 are a round of the whole")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--stratum", action="append", choices=STRATA, help="only this; may be given again")
+    parser.add_argument("--z", type=float, nargs=2, metavar=("LEAST", "MOST"),
+                        help="how clearly what is concealed shows, instead of as in the stratum")
     parser.add_argument("--effect", action="append", help="only trials about this id; may be given again",
                         choices=sorted(NAMED | UNNAMED), metavar="ID")
     parser.add_argument("--jobs", type=int, default=1)

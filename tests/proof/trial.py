@@ -33,17 +33,22 @@ ALONE = {"backlash", "unequal_slopes"}  # they change what the plain model is
 
 @dataclass(frozen=True, order=True)
 class Key:
-    """Which trial: the seed of the study, its stratum, what it is about, and its number among those."""
+    """Which trial: the seed of the study, its stratum, what it is about, and its number among those.
+
+    ``z`` are bounds of how clearly what is concealed shows, where they are not those of the stratum.
+    """
 
     seed: int
     stratum: Stratum
     about: str
     number: int
+    z: tuple[float, float] | None = None
 
     @property
     def text(self) -> str:
         """Return the key in one word."""
-        return f"{self.seed}/{self.stratum}/{self.about}/{self.number}"
+        shown = f"/z={self.z[0]:g}..{self.z[1]:g}" if self.z else ""
+        return f"{self.seed}/{self.stratum}/{self.about}/{self.number}{shown}"
 
     @property
     def rng(self) -> Rng:
@@ -134,7 +139,7 @@ def _variant(rng: Rng, effect: str) -> Kind:
 def _piece(trial: Trial, kind: Kind, rng: Rng) -> tuple[Concealed, float]:
     """Return physics of about the z that is drawn, as far as it can be made that strong, and the z it has."""
     sensed = Sensed(trial)
-    least, most = Z[trial.key.stratum]
+    least, most = trial.key.z or Z[trial.key.stratum]
     if kind.drawn:
         return _lot(sensed, kind, rng, least)
     values = kind.draw(rng, sensed.reach)

@@ -139,6 +139,16 @@ def test_physics_outside_the_library_has_a_stage_and_no_name():
     assert [(finding.id, finding.stage) for finding in trial.unheard] == [("echo", "G2")]
 
 
+def test_physics_glares_where_that_is_asked_for():
+    """The same rig and the same runs as without, and its key tells."""
+    usual, glaring = Key(3, "single", "feedthrough", 0), Key(3, "single", "feedthrough", 0, (3e3, 1e4))
+    faint, bright = drawn(usual), drawn(glaring)
+    assert 2.8e3 < bright.z[0] < 1.1e4
+    assert bright.rig == faint.rig
+    assert np.array_equal(bright.training[0].u, faint.training[0].u)
+    assert glaring.text == "3/single/feedthrough/0/z=3000..10000"
+
+
 def test_a_pair_has_two_stages_and_can_be_recorded():
     trial = drawn(Key(3, "pair", "pair", 0), ("feedthrough", "saturation", "dead_time"))
     assert len({finding.stage for finding in trial.expected}) == 2
