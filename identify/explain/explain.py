@@ -18,7 +18,7 @@ from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
 from identify.explain.locate import located
 from identify.explain.neighbours import settled
 from identify.explain.readings import Look, Readings, counts_another, hides_noise, read, reread
-from identify.explain.select import Bench, selected
+from identify.explain.select import MOST_EFFECTS, Bench, selected
 from identify.explain.survey import surveyed
 from identify.explain.warrant import Warranted, warranted
 from identify.holdout import Split
@@ -62,9 +62,9 @@ def _explained(
     data, bench, plain = readings.data, readings.bench, readings.plain
     note("locating the mismatch", 0.1)
     seen = surveyed(bench, plain)
-    bench, final, rounds = selected(bench, plain, note)
-    if look.against is None and hides_noise(readings, bench, final, look.leave_out):
-        return _explained(model, traces, hold_out, note, replace(look, against=final.fit.chain))
+    bench, final, rounds = selected(bench, plain, note, 1 if look.held else MOST_EFFECTS)
+    if look.held or (look.against is None and hides_noise(readings, bench, final, look.leave_out)):
+        return _explained(model, traces, hold_out, note, replace(look, against=final.fit.chain, held=False))
     note("checking the names against free-form corrections", 0.75)
     plain = bench.fitted((rounds[0].base if rounds else plain).fit.chain, ())
     earned = warranted(bench, plain, final, rounds)

@@ -19,6 +19,8 @@ from identify.explain.wander import MOSTLY, unrepeated
 from identify.holdout import Split, settling_s, split
 from identify.model import Model
 from identify.natural_units import shown_interval
+from identify.noise import good
+from identify.observe import pooled_rms
 from identify.readings.blemish import Blemish
 from identify.readings.coloured_noise import ColouredNoise, coloured_noise, in_repeats, spectra
 from identify.readings.grid import adc_steps
@@ -29,6 +31,7 @@ from identify.readings.range_end import RangeEnd, range_ends
 from identify.stage import Place
 from identify.trace import Trace
 
+ALL_OF_IT = 2.0  # times the energy of a noise as large as it may be, that is left at most where it is all that is left
 LOOKS = 8  # at most: each look mends more of a loss that had moved the plain model
 WORTH = 0.5  # share of the plain model's misfit that may be left for its blemishes to count before it is explained
 Prepared = Callable[[Split], tuple[Bench, Hypothesis]]
@@ -54,7 +57,7 @@ class Readings:
 class Look:
     """How recordings are looked at: without ids that are ``leave_out``, ``against`` a chain (None: the plain one).
 
-    Losses of which only a rough look tells are ``held`` until physics beside them is explained.
+    Losses of which only a rough look tells are ``held`` until the largest physics beside them is known.
     """
 
     leave_out: tuple[str, ...] = ()
@@ -153,8 +156,7 @@ def hides_noise(readings: Readings, bench: Bench, hypothesis: Hypothesis, leave_
     """Return whether what a hypothesis leaves is coloured noise that the repeats alone did not tell."""
     if ColouredNoise.id in (*leave_out, *(b.id for b in readings.found)):
         return False
-    seen = Mended(readings.traces, readings.hold_out, ())
-    noise = noise_left(*_less(hypothesis.fit.chain, seen, readings.data.noise.rms_v))
+    noise = noise_left(*_less(hypothesis.fit.chain, _as_recorded(readings), readings.data.noise.rms_v))
     if noise is None:
         return False
     if in_repeats(noise, spectra(readings.traces, readings.settle_s)):
@@ -172,8 +174,8 @@ def reread(
     """
     own = {blemish for effect in explained for blemish in effect.brings}
     noise = tuple(b for b in readings.found if b.id == ColouredNoise.id and b.id not in own)
-    if noise and not _noisy(readings, chain):
-        noise = ()  # it was physics that does not come back with the stimulus, and is explained
+    if noise and not (_noisy(readings, chain) and _accounts(readings, chain, noise[0])):
+        noise = ()  # it was physics that does not come back with the stimulus, explained by now or not
     recorded = (chain, readings.traces, readings.hold_out, readings.data.noise.rms_v, leave_out)
     found = mended(*recorded).found
     if settled and _lost(readings.found) and not _lost(found):
@@ -197,8 +199,23 @@ def _lost(found: Sequence[Blemish]) -> tuple[Blemish, ...]:
 
 def _noisy(readings: Readings, chain: Chain) -> bool:
     """Return whether the noise is coloured in what a chain leaves of the recordings, too."""
-    train, test = _less(chain, Mended(readings.traces, readings.hold_out, ()), readings.data.noise.rms_v)
+    train, test = _less(chain, _as_recorded(readings), readings.data.noise.rms_v)
     return coloured_noise(train, test, readings.settle_s) is not None or noise_left(train, test) is not None
+
+
+def _accounts(readings: Readings, chain: Chain, noise: Blemish) -> bool:
+    """Return whether a noise is as large as all that a chain leaves of the recordings, as far as chance allows.
+
+    Physics that goes on from repeat to repeat leaves a little of itself in their differences, and more in the whole.
+    """
+    sd, rms_v = noise.values["sd"], readings.data.noise.rms_v
+    left = [trace.y[:][good(trace)] for part in _less(chain, _as_recorded(readings), rms_v) for trace in part]
+    return pooled_rms(left) ** 2 < ALL_OF_IT * (rms_v**2 - sd.value**2 + sd.high**2)
+
+
+def _as_recorded(readings: Readings) -> Mended:
+    """Return the recordings as nothing has mended them."""
+    return Mended(readings.traces, readings.hold_out, ())
 
 
 def _less(chain: Chain, seen: Mended, noise_v: float) -> tuple[list[Trace], list[Trace]]:

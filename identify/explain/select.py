@@ -267,14 +267,16 @@ def _alike(some: Sequence[Observation], others: Sequence[Observation]) -> bool:
     return bool(sum(float(change @ change) for change in changes) < MOVED**2)
 
 
-def selected(bench: Bench, start: Hypothesis, note: Note) -> tuple[Bench, Hypothesis, list[Round]]:
-    """Add effects one by one while each pays for itself, then drop those the others made superfluous.
+def selected(
+    bench: Bench, start: Hypothesis, note: Note, most: int = MOST_EFFECTS
+) -> tuple[Bench, Hypothesis, list[Round]]:
+    """Add effects one by one, ``most`` at most, while each pays for itself, then drop those made superfluous by others.
 
     Returns the bench on the grids the winner needs, the winner, and what every round considered.
     """
     rounds: list[Round] = []
     best = start
-    for number in range(MOST_EFFECTS):
+    for number in range(most):
         note(f"trying effects, round {number + 1}", 0.15 + 0.15 * number)
         bench, this = bench.decided(bench.round(best))
         if this.best is not None and not best.effects:  # a plain fit that had not come to its end looks like physics
