@@ -9,10 +9,11 @@ from itertools import count, islice
 
 import pytest
 
-from tests.proof.__main__ import REPLY, arguments, main, selected
-from tests.proof.ask import limited
+from tests.proof.__main__ import REPLY, arguments, main, selected, tried
+from tests.proof.ask import known_effects, limited
 from tests.proof.outcome import opened
 from tests.proof.study import answered
+from tests.proof.trial import Key
 
 
 @pytest.fixture(scope="module")
@@ -38,6 +39,14 @@ def test_the_seal_stands_before_the_answer_and_what_is_answered_is_not_asked_aga
     main(["--told", "--out", str(study)])
     assert "1 sealed trials" in capsys.readouterr().out
     assert len(study.read_text().splitlines()) == len(lines) + 1
+
+
+def test_lost_readings_beside_physics_are_told_once_that_is_known(tmp_path):
+    """36,000 standard deviations of lost readings hide 15,000 of a coupling capacitor, and that hides them."""
+    out = tmp_path / "pair.jsonl"
+    line = tried(Key(101, "pair", "pair", 1, (1e3, 5e4)), known_effects(), out, "here")
+    (outcome,) = map(opened, answered(out, REPLY).values())
+    assert (set(outcome.names), outcome.verdict) == ({"input_ac_coupling", "missing_samples"}, "explained"), line
 
 
 @pytest.mark.parametrize("words", [("--effect", "gremlins"), ("--stratum", "null", "--effect", "hum")])

@@ -136,6 +136,19 @@ def test_noise_that_a_model_leaves_is_hidden_in_it_where_repeats_have_its_colour
     assert not hides_noise(seen, seen.bench, seen.plain, (ColouredNoise.id,))
 
 
+@pytest.mark.parametrize(("drift_v", "told"), [(0.0, ["coloured_noise"]), (0.03, [])])
+def test_noise_that_is_less_than_what_is_left_is_not_told(monkeypatch, drift_v, told):
+    """Physics that goes on from repeat to repeat may pass for noise in their differences."""
+    monkeypatch.setattr("identify.explain.readings._noisy", lambda readings, chain: True)
+    run, model = recording(stimulus=SINE), model_of(OP_AMP)
+    run = replace(run, y=run.y + drift_v * np.linspace(-1.0, 1.0, run.size))
+    seen = read(model, [run], [], lambda data: prepared(model, data), Look((ColouredNoise.id,)))
+    small = {"sd": Interval(1e-3, 5e-4, 2e-3), "slope": Interval(1.0, 0.8, 1.2)}
+    noise = ColouredNoise(small, 1e-9)
+    found = reread(replace(seen, found=(noise,)), CHAIN, (), (), False).found
+    assert [blemish.id for blemish in found] == told
+
+
 def test_readings_that_stand_still_on_a_coarse_grid_have_no_noise_to_be_coloured():
     still = replace(recording(), y=np.zeros(STAIRS.u.size))
     assert coloured_noise([still], [], settling_s(model_of(OP_AMP))) is None
