@@ -14,6 +14,7 @@ from numba.extending import overload
 from identify.trace import Array
 
 # Sums may be reordered and fused, NaN and infinity keep their meaning.
+BLOCKED = 40.0  # n V_T below a diode's knee, where its current is no more than rounding
 _FAST = {"contract", "reassoc", "nsz"}
 
 
@@ -144,7 +145,8 @@ def clamped(knee: float, forward: bool, backward: bool, v: Array, out: Array) ->
         with_it, against = (forward, backward) if up else (backward, forward)
         offset = ((1.0 if against else 0.0) - (1.0 if with_it else 0.0)) * rest
         x = knee + np.log1p(size - knee) if with_it and size > knee else size
-        for _ in range(60):  # from above the root of a convex law: no step overshoots
+        none = knee > BLOCKED and (size < knee - BLOCKED or not with_it)  # no current that a number could show
+        for _ in range(0 if none else 60):  # from above the root of a convex law: no step overshoots
             on = np.exp(x - knee) if with_it else 0.0
             off = np.exp(-x - knee) if against else 0.0
             step = (x + on - off + offset - size) / (1.0 + on + off)

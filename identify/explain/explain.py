@@ -125,13 +125,15 @@ def confirmed(
 ) -> tuple[Warranted, tuple[Effect, ...]]:
     """Drop effects that do not make held-out data fit better, where these could tell; return the rest and those.
 
-    The values of the rest are settled.
+    Where they could tell little, chance may keep a right effect from convincing: it is dropped where that is unlikely,
+    too. The values of the rest are settled.
     """
     hypothesis, dropped = earned.hypothesis, []
     for effect in earned.hypothesis.effects:
         without = bench.without(hypothesis, effect)
         better, worse = adapted(hypothesis.fit.chain, test), adapted(without.fit.chain, test)
-        if improvement(better, worse, test) < CONVINCING < would_tell(better, worse, test):
+        told = would_tell(better, worse, test)
+        if told > CONVINCING and improvement(better, worse, test) < min(CONVINCING, told - CONVINCING):
             hypothesis = without
             dropped.append(effect)
     beyond = located(bench, hypothesis) if dropped else earned.beyond

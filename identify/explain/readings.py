@@ -32,6 +32,7 @@ from identify.stage import Place
 from identify.trace import Trace
 
 ALL_OF_IT = 2.0  # times the energy of a noise as large as it may be, that is left at most where it is all that is left
+DOUBTED = 0.9  # share of the misfit that may be left where a loss that only a rough look shows is worth a second try
 LOOKS = 8  # at most: each look mends more of a loss that had moved the plain model
 WORTH = 0.5  # share of the plain model's misfit that may be left for its blemishes to count before it is explained
 Prepared = Callable[[Split], tuple[Bench, Hypothesis]]
@@ -98,8 +99,10 @@ def read(
     if not _lost(rough.found):
         return found
     mended_roughly = undone(rough)
-    settled = mended_roughly.plain.misfit < 2.0 * bench.noise_known
-    return mended_roughly if settled or look.held else replace(found, doubtful=_lost(rough.found))
+    left = mended_roughly.plain.misfit
+    if look.held or left < 2.0 * bench.noise_known:
+        return mended_roughly
+    return replace(found, doubtful=_lost(rough.found)) if left < DOUBTED * before.misfit else found
 
 
 def _within(

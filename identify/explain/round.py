@@ -13,6 +13,7 @@ LOOKED_AT = 16  # candidates whose own parameters are fitted to first order
 HOPEFUL = 0.03  # share of the best promise at its start below which a candidate is not looked at
 DOUBTFUL = 0.05  # probability of a start's gain by chance above which nothing speaks for an effect
 FITTED_A_ROUND = 8
+NEXT = 2e-4  # share of what is explained already that one more effect must explain: a rig file is not exact either
 UNFORESEEN = 3  # fits a round of what first order does not foresee
 PROMISING = 0.2  # share of the best promise below which a candidate is not fitted
 NEARLY = 0.9  # share of the best promise that the samples' own grid, on which promises are made, may mistake
@@ -108,3 +109,8 @@ def promising(promises: Sequence[Promise], tried: int, runs: int) -> list[Promis
     best, sure = max((p.gain for p in most), default=0.0), max((p.gain - p.slack for p in most), default=0.0)
     may_win = [p for p in most if p.gain > PROMISING * best and p.gain + p.slack > sure - COMPARED]
     return may_win[:FITTED_A_ROUND]
+
+
+def counts(start: Hypothesis, base: Hypothesis, best: Hypothesis) -> bool:
+    """Return whether a further effect explains more than what the right law of a large one leaves, taken roughly."""
+    return base is start or base.chi2 - best.chi2 > NEXT * (start.chi2 - base.chi2)

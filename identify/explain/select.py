@@ -16,7 +16,7 @@ from identify.evidence import Evidence, candidates
 from identify.explain.chance import scatters_more
 from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
 from identify.explain.promise import Promise, promised
-from identify.explain.round import COMPARED, Round, hopeful, passed_over, promising, ranked, unforeseen
+from identify.explain.round import COMPARED, Round, counts, hopeful, passed_over, promising, ranked, unforeseen
 from identify.fit import chi_squared, fit
 from identify.observe import Observation, refined
 from identify.phases import scanned
@@ -24,7 +24,6 @@ from identify.stepping import coarsened
 from identify.thinning import thinned
 
 MOST_EFFECTS = 4
-NEXT = 2e-4  # share of what is explained already that one more effect must explain: a rig file is not exact either
 SPRINT = 4  # iterations in which candidates are fitted side by side
 LAPS = 12
 DECISIVE = 1.0  # of chi-squared: what a candidate may still gain below this changes no odds
@@ -285,7 +284,7 @@ def selected(
                 start, best, (bench, this) = plain, plain, bench.decided(bench.round(plain))
         if this.best is not None:
             this = replace(this, settled=bench.settled(this.best, [*rounds, this]))
-        if this.best is not None and not _counts(start, this.base, this.best):
+        if this.best is not None and not counts(start, this.base, this.best):
             this = replace(this, tried=(), settled=None)
         rounds.append(this)
         if this.best is None:
@@ -295,8 +294,3 @@ def selected(
         best = this.best if finer is bench else finer.fitted(this.best.fit.chain, this.best.effects)
         bench = finer
     return bench, bench.pruned(best), rounds
-
-
-def _counts(start: Hypothesis, base: Hypothesis, best: Hypothesis) -> bool:
-    """Return whether a further effect explains more than what the right law of a large one leaves, taken roughly."""
-    return base is start or base.chi2 - best.chi2 > NEXT * (start.chi2 - base.chi2)
