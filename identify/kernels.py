@@ -13,8 +13,8 @@ from numba.extending import overload
 
 from identify.trace import Array
 
-# Sums may be reordered and fused, NaN and infinity keep their meaning.
 BLOCKED = 40.0  # n V_T below a diode's knee, where its current is no more than rounding
+# Sums may be reordered and fused, NaN and infinity keep their meaning.
 _FAST = {"contract", "reassoc", "nsz"}
 
 

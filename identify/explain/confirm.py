@@ -59,6 +59,15 @@ def would_tell(better: Chain, worse: Chain, observations: Sequence[Observation])
     return float(np.sqrt(sum(float(d @ d) / o.noise_v**2 for d, o in zip(changes, observations, strict=True))))
 
 
+def unconfirmed(side: float, told: float) -> bool:
+    """Return whether held-out data that side with a finding by ``side`` standard errors speak against it.
+
+    They would by ``told`` if it were right: that must be enough to tell, and chance must not be what keeps them from
+    convincing.
+    """
+    return told > CONVINCING and side < min(CONVINCING, told - CONVINCING)
+
+
 def most_believed(met: float, left: float) -> float:
     """Return the most a name may be given, where held-out data had ``met`` times the noise and names leave ``left``.
 

@@ -11,7 +11,7 @@ from identify.effects import catalogue, chain_of
 from identify.effects.effect import Effect
 from identify.excerpts.excerpts import excerpts_of
 from identify.explain.answer import Answer
-from identify.explain.confirm import CONVINCING, adapted, improvement, would_tell
+from identify.explain.confirm import adapted, improvement, unconfirmed, would_tell
 from identify.explain.everywhere import everywhere
 from identify.explain.explanation import Explanation
 from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
@@ -125,15 +125,13 @@ def confirmed(
 ) -> tuple[Warranted, tuple[Effect, ...]]:
     """Drop effects that do not make held-out data fit better, where these could tell; return the rest and those.
 
-    Where they could tell little, chance may keep a right effect from convincing: it is dropped where that is unlikely,
-    too. The values of the rest are settled.
+    The values of the rest are settled.
     """
     hypothesis, dropped = earned.hypothesis, []
     for effect in earned.hypothesis.effects:
         without = bench.without(hypothesis, effect)
         better, worse = adapted(hypothesis.fit.chain, test), adapted(without.fit.chain, test)
-        told = would_tell(better, worse, test)
-        if told > CONVINCING and improvement(better, worse, test) < min(CONVINCING, told - CONVINCING):
+        if unconfirmed(improvement(better, worse, test), would_tell(better, worse, test)):
             hypothesis = without
             dropped.append(effect)
     beyond = located(bench, hypothesis) if dropped else earned.beyond

@@ -153,7 +153,7 @@ def told_by(seen: Sequence[Spectrum], kept: Sequence[Spectrum], bursts: Callable
     best, cost = min(options, key=lambda option: option[1])
     told = 2.0 * (_cost(seen, white_v, 0.0, 1.0) - cost)
     law = SLOPES[0] < best[2] < SLOPES[1] and misfit(seen, Coloured(*_values(best))) < MISFIT
-    if told < CONVINCING or not law or (kept and _improvement(kept, best) < CONFIRMING):
+    if told < CONVINCING or not law or (kept and _improvement(kept, Coloured(*_values(best))) < CONFIRMING):
         return None
     scatter = np.sqrt(np.diag(inverse(_curvature(seen, best))))
     if bursts(Coloured(*_values(best))) > BURSTS:
@@ -200,9 +200,9 @@ def misfit(seen: Sequence[Spectrum], noise: Coloured) -> float:
     return float(np.mean(2.0 * count * (ratios - 1.0 - np.log(ratios))))
 
 
-def _improvement(kept: Sequence[Spectrum], at: Array) -> float:
-    """Return twice the gain in log-likelihood of coloured over white noise on other readings."""
-    return 2.0 * (_cost(kept, _white(kept), 0.0, 1.0) - _cost(kept, *_values(at)))
+def _improvement(seen: Sequence[Spectrum], noise: Coloured) -> float:
+    """Return twice the gain in log-likelihood of coloured over white noise on readings it was not fitted to."""
+    return 2.0 * (_cost(seen, _white(seen), 0.0, 1.0) - _cost(seen, *noise.values))
 
 
 def in_repeats(noise: Coloured, seen: Sequence[Spectrum]) -> bool:
@@ -210,7 +210,7 @@ def in_repeats(noise: Coloured, seen: Sequence[Spectrum]) -> bool:
 
     What is the same in every repeat is in none of them.
     """
-    return bool(seen) and 2.0 * (_cost(seen, _white(seen), 0.0, 1.0) - _cost(seen, *noise.values)) > CONFIRMING
+    return bool(seen) and _improvement(seen, noise) > CONFIRMING
 
 
 def _curvature(seen: Sequence[Spectrum], at: Array) -> Array:

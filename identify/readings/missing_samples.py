@@ -139,11 +139,11 @@ def _after(y: Array, answer: Array, use: Mask, at: int, count: int, rough: bool)
     What hangs together in the misfit lets its products with the slope scatter more: that counts as more scatter, but
     not in a ``rough`` look, where the loss itself may have made the model late.
     """
-    misfit, slope = _misfits(y, answer, at, count), np.gradient(answer)
-    moving = np.where(use[: misfit.size], np.delete(slope, np.s_[at : at + count]), 0.0)
+    misfit = _misfits(y, answer, at, count)
     plain = float(np.mean(np.square(misfit[use[: misfit.size]])))
     if rough:
         return float(np.sqrt(plain))
+    moving = np.where(use[: misfit.size], np.delete(np.gradient(answer), np.s_[at : at + count]), 0.0)
     sums = [float(np.sum(piece)) for piece in np.array_split(misfit * moving, STRETCHES)]
     together = float(np.sum(np.square(sums))) / max(float(moving @ moving), 1e-300)
     return float(np.sqrt(max(plain, together)))

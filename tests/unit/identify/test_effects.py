@@ -17,14 +17,13 @@ from identify.effects.saturation import Saturation
 from identify.effects.soft_saturation import SoftSaturation
 from identify.fit import fit
 from identify.model import LinearF, Model, Physics, Rational
-from identify.observe import Observation
 from identify.stage import Block, Grid, Place, Ramp
 from identify.trace import Trace
 from tests.proof.cases import Concealed
 from tests.proof.physics import Scene, diode_clamp
 from tests.proof.rigs import LINEAR, ONE_SLOPE, OP_AMP, RC, SKEWED
 from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
-from tests.trials import model_of, recorded
+from tests.trials import model_of, observed, recorded
 
 STAIRS = staircase("stairs", FIG13_LEVELS_V[::2], 0.03)
 SINE = sine("sine", 31.25, 8.0, 4, 1)
@@ -178,7 +177,7 @@ def test_what_is_damped_beyond_ringing_is_no_resonance():
     trace = recorded(RC, SINE, (Concealed("extra_pole in G1", {"tau": 2e-3}),))
     ring = catalogue()["resonance"](Place.G1)
     chain = ring.put_in(chain_of(model_of(RC)), {"w_n": 3e3, "zeta": 0.9})
-    found = fit(chain, [Observation(trace, np.ones(trace.size, dtype=bool), 1e-3, 2)], fixed=tuple(model_of(RC).fixed))
+    found = fit(chain, [observed(trace, 1e-3)], fixed=tuple(model_of(RC).fixed))
     assert found.chain.values["resonance.zeta"] <= 1.0
 
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import norm
 
 from identify.chain import plain_chain, simulate
-from identify.explain.confirm import improvement
+from identify.explain.confirm import improvement, unconfirmed
 from identify.explain.hypothesis import FALSE_DISCOVERIES, Hypothesis, is_discovery
 from identify.explain.locate import Located
 from identify.explain.rivals import UNHEARD, _of_every_name, unheard
@@ -48,6 +48,17 @@ def test_held_out_data_side_with_what_is_true():
     size = float(np.linalg.norm(simulate(moved, CLEAN) - simulate(PLAIN, CLEAN)) / NOISE_V)
     sides = np.array([improvement(PLAIN, moved, [seen]) for seen in SEEN[:50]])
     assert np.mean(sides) == pytest.approx(size, rel=0.2)
+
+
+@pytest.mark.parametrize(("side", "told", "against"), [
+    (-5.0, 1.9, False),  # they cannot tell
+    (1.2, 2.7, False),  # chance may keep a right finding from the two that convince
+    (0.6, 2.7, True),
+    (2.1, 50.0, False),
+    (1.9, 50.0, True),
+])
+def test_held_out_data_speak_against_a_finding_only_where_they_can_tell(side, told, against):
+    assert unconfirmed(side, told) is against
 
 
 def test_physics_of_no_catalogue_is_the_less_likely_the_less_a_name_leaves():

@@ -11,7 +11,7 @@ from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located
 from identify.explain.promise import Promise
 from identify.explain.rivals import odds
-from identify.explain.round import Round
+from identify.explain.round import Round, unforeseen
 from identify.explain.select import DECISIVE, Bench, selected
 from identify.fit import chi_squared
 from identify.stage import Place
@@ -119,6 +119,17 @@ def test_a_lag_of_which_the_plain_values_hold_back_a_part_is_found_from_twice_it
     assert abs(found.misfit) < 0.1
     assert found.fit.chain.values["source_pole.tau"] == pytest.approx(4e-3, rel=1e-3)
     assert bench.doubled(base, [found]) == [found]  # with nothing left there is nothing to look for
+
+
+def test_what_first_order_does_not_foresee_is_fitted_where_its_start_gains_much(bench):
+    def promise(effect: Effect, start: float, gain: float, slack: float) -> Promise:
+        return Promise(Candidate(effect, {}, start), bench.plain, gain, slack)
+
+    fitted = promise(RAIL, 100.0, 120.0, 1.0)
+    mistaken, sure, faint = (
+        promise(BYPASS, 60.0, -20.0, 80.0), promise(DIODE, 60.0, 20.0, 5.0), promise(BYPASS, 10.0, -20.0, 80.0),
+    )  # fmt: skip
+    assert unforeseen([sure, mistaken, faint, fitted], [fitted]) == [mistaken]
 
 
 def test_a_fit_on_coarser_grids_ends_where_one_on_the_grids_of_the_bench_does():
