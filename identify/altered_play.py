@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify import kernels
+from identify import altered_kernels
 from identify.blocks import Play
-from identify.ratchet import PER_Z, Kind, gains
+from identify.ratchet import Kind, shaken
 from identify.stage import Block, Grid, Parameter, Run, Shape, Values
 from identify.trace import Array
 
@@ -117,21 +117,22 @@ def _operator(law: Law, grid: Grid) -> Run:
     hold = (law.keep, law.climb, law.to_w, law.to_q)
     spread = law.spread_v * CONTACTS
     levels, charges = np.zeros(CONTACTS.size), np.zeros(CONTACTS.size)
-    pushed = gains(law.kind, 0.5 * law.renewed) if law.noise_v > 0.0 else np.zeros(2)
+    noise = shaken(law.kind, law.renewed) if law.noise_v > 0.0 else None
+    shaking: tuple[float, ...] = (0.0, 0.0, np.nan, np.nan)
 
     def run(block: Block) -> Array:
-        nonlocal state
+        nonlocal state, shaking
         v, out = block.signal, np.empty_like(block.signal)
         apart = widening(v) if law.late_s != 0.0 else 0.0
         lower = _border(v - apart - law.d_l_v, law.s_l, law.bend)
         upper = _border(v + apart - law.d_u_v, law.s_u, law.bend)
         if law.spread_v > 0.0:
-            kernels.plays_abreast(lower, upper, law.s_l * spread, law.s_u * spread, hold, levels, charges, out)
-        elif law.noise_v > 0.0:
-            sd_l, sd_u = abs(law.s_l) * law.noise_v, abs(law.s_u) * law.noise_v
-            state = kernels.noisy_play(lower, upper, sd_l, sd_u, pushed, PER_Z, hold, state, out)
+            altered_kernels.plays_abreast(lower, upper, law.s_l * spread, law.s_u * spread, hold, levels, charges, out)
+        elif noise is not None:
+            sd = (abs(law.s_l) * law.noise_v, abs(law.s_u) * law.noise_v)
+            shaking = altered_kernels.noisy_play(lower, upper, sd, noise, hold, shaking, out)
         else:
-            state = kernels.held_play(lower, upper, hold, state, out)
+            state = altered_kernels.held_play(lower, upper, hold, state, out)
         return out
 
     return run

@@ -3,7 +3,7 @@
 A border that shakes pushes w to the highest place it reaches, and w does not come back: on a plateau the mean of w is
 that of the highest value the noise has had, which grows with time (E. J. Gumbel, Statistics of Extremes, 1958). A
 border that runs on leaves behind what it pushed. The mean is followed by one number, the time in which a border at rest
-pushes as far as w stands: exact at rest and where the border runs fast.
+pushes as far as w stands: exact at rest and where the border runs fast. Where it runs on evenly w rests above it.
 """
 
 from collections.abc import Callable
@@ -19,11 +19,34 @@ from identify.trace import Array
 
 Kind = Literal["white", "low-pass"]
 
+Shaken = tuple[Array, Array, float, float]
+
 HIGHEST = 6.0  # sd: further from w a border does not reach it
 PER_Z, PER_AGE = 160.0, 160.0  # entries of the tables to a unit
 YOUNGEST, OLDEST = -12.0, 22.0  # log of time: in the first nothing is pushed yet, in the last more than ``HIGHEST``
+BROWNIAN = -3.0  # log of time up to which a low-passed noise is Brownian motion, to a hundredth
+SPEEDS = 512  # entries of the table of rests
 DEEPEST, NODES = -7.0, 160  # of the grid on which a low-passed noise moves, sd
 LEVELS = np.concatenate((np.arange(-3.0, 6.6, 0.2), [7.0]))  # between which the chance of a push is interpolated
+
+
+def shaken(kind: Kind, renewed: float) -> Shaken:
+    """Return what ``noisy_play`` asks of a noise that is ``renewed`` in a step: gains of half of it, and rests."""
+    return gains(kind, 0.5 * renewed), rests(kind), PER_Z, renewed
+
+
+@cache
+def rests(kind: Kind) -> Array:
+    """Return how high w rests above a border that runs on towards it, in sd / ``PER_Z``, shape (SPEEDS,), read-only.
+
+    It gains there in a time what the border runs. Speeds x^4 / (1 - x)^4, in sd a unit of time, x even in [0, 1).
+    """
+    ages, heights = _heights(kind)
+    rate = np.gradient(heights, ages) * np.exp(-ages)
+    x = np.arange(SPEEDS) / SPEEDS
+    found = PER_Z * np.interp((x / (1.0 - x)) ** 4, np.maximum.accumulate(rate[::-1]), heights[::-1])
+    found.flags.writeable = False
+    return found
 
 
 @lru_cache(maxsize=64)
@@ -66,13 +89,15 @@ def highest_of_white(times: Array) -> Array:
 def highest_of_low_passed(times: Array) -> Array:
     """Return the mean highest of dX = -X dt + sqrt(2) dW over ``times``, from its stationary normal distribution.
 
-    It is the integral over levels of the chance to have passed them.
+    It is the integral over levels of the chance to have passed them. At first it is that of Brownian motion, sqrt(4 t /
+    pi): the grid of levels is too coarse for that.
     """
     below = np.array([_not_passed(level, times) for level in LEVELS])
     z = np.arange(LEVELS[0], LEVELS[-1], 0.02)
     logs = np.log(np.maximum(below, 1e-300))
     smooth = np.exp([np.interp(z, LEVELS, row) for row in logs.T])
-    return np.asarray(z[-1] - np.trapezoid(smooth, z, axis=1))
+    late = z[-1] - np.trapezoid(smooth, z, axis=1)
+    return np.where(times < np.exp(BROWNIAN), np.sqrt(4.0 * times / np.pi), late)
 
 
 def _not_passed(level: float, times: Array) -> Array:

@@ -23,6 +23,7 @@ from identify.trace import Array
 ROUNDS = 3  # of measuring what is left out and fitting again, at most
 STAYED = 2.0  # how far a fit may move, in sd of its residual: a twentieth of that is what the left out changes by
 ITERATIONS = 100  # of a fit in a round
+MOVED = 0.3  # standard deviations of a matched test by which what is left out may differ and still be alike
 SEEN = 0.1  # sd of a matched test that stepping may be wrong by: errors of several runs may pull a value the same way
 SHOWN = 0.1  # share of what is told of any combination of values that half the step may add or take away
 TOLD = 0.3  # search coordinates; worse is told by no curvature (uncertainty.profile) and asks for no finer grid
@@ -116,3 +117,12 @@ def _added(observation: Observation, chain: Chain, substeps: int) -> Iterator[tu
     for coarse, fine in zip(*answers, strict=True):
         yield slice(first, first + coarse.size), fine - coarse
         first += coarse.size
+
+
+def alike(some: Sequence[Observation], others: Sequence[Observation]) -> bool:
+    """Return whether a matched test would not tell what is added to an answer here from what is added there."""
+    if any(a.substeps != b.substeps for a, b in zip(some, others, strict=True)):
+        return False
+    pairs = [(a.left_out, b.left_out) for a, b in zip(some, others, strict=True)]
+    changes = [a - b for a, b in pairs if a is not None and b is not None]
+    return bool(sum(float(change @ change) for change in changes) < MOVED**2)

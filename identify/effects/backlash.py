@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 
-from identify import kernels
+from identify import altered_kernels
 from identify.blocks import Gain
 from identify.chain import Chain
 from identify.effects.effect import Confusion, Effect
@@ -67,7 +67,7 @@ class Backlash(Effect):
         def run(block: Block) -> Array:
             nonlocal state
             line, out = slope * block.signal, np.empty_like(block.signal)
-            state = kernels.held_play(line - ends[1], line - ends[0], (1.0, 0.0, 0.0, 0.0), state, out)
+            state = altered_kernels.held_play(line - ends[1], line - ends[0], (1.0, 0.0, 0.0, 0.0), state, out)
             return out
 
         return run, shape

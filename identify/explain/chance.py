@@ -1,7 +1,8 @@
 """Does physics that acts by chance scatter more than is left of the readings?
 
 Of noise in front of the gap the catalogue's law is the mean of what it does to w. Beside that, w wanders from moment to
-moment, and that must be in the readings: a law that implies more of it than a model leaves in all is not at work.
+moment, and that must be in the readings: a law that implies more of it than a model leaves in all is not at work. Where
+all that is left may be such wandering, no further physics is looked for in it.
 """
 
 from collections.abc import Sequence
@@ -24,13 +25,30 @@ def scatters_more(chain: Chain, effect: Effect, observations: tuple[Observation,
     """Return whether what an effect in a chain does by chance is more than all that the chain leaves of readings."""
     if not effect.by_chance:
         return False
-    scattered, left = 0.0, 0.0
+    scattered, left, _ = _energies(chain, effect, observations)
+    return scattered > MORE * left
+
+
+def scatters_all(chain: Chain, effect: Effect, observations: tuple[Observation, ...]) -> bool:
+    """Return whether what a chain leaves beyond the noise may be what an effect in it does by chance."""
+    if not effect.by_chance:
+        return False
+    scattered, left, noise = _energies(chain, effect, observations)
+    return left - noise < MORE * scattered
+
+
+def _energies(
+    chain: Chain, effect: Effect, observations: tuple[Observation, ...]
+) -> tuple[float, float, float]:
+    """Return what an effect does by chance, what a chain leaves, and what the noise makes of that, V^2 samples."""
+    scattered, left, noise = 0.0, 0.0, 0.0
     for number, o in enumerate(observations):
         use = o.use[: _samples(o)]
         first, second = _courses(chain, effect, o, number)
         scattered += 0.5 * float(np.sum(np.square(first - second)[use]))
         left += float(np.sum(np.square(o.residual(chain)[: use.size][use])))
-    return scattered > MORE * left
+        noise += o.noise_v**2 * float(np.sum(use))
+    return scattered, left, noise
 
 
 def _samples(observation: Observation) -> int:

@@ -10,7 +10,7 @@ from identify.observe import Observation, pooled_rms
 from identify.phases import scanned
 
 BLOCKS = 40  # stretches over which differences of squared residuals are averaged
-UNFINISHED, MUCH, EVEN = 1.5, 0.05, 0.5  # times the noise left on held-out data; share of what was met; probability
+UNFINISHED, MUCH, EVEN = 1.1, 0.05, 0.5  # times the noise left on held-out data; share of what was met; probability
 CONVINCING = 2.0  # standard errors by which held-out data must side with a finding that the training data proved
 
 

@@ -17,8 +17,8 @@ from identify.explain.explanation import Explanation
 from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
 from identify.explain.locate import located
 from identify.explain.neighbours import settled
-from identify.explain.readings import Look, Readings, counts_another, hides_noise, read, reread
-from identify.explain.select import MOST_EFFECTS, Bench, selected
+from identify.explain.readings import Look, Readings, counts_another, hides_noise, loses, read, reread
+from identify.explain.select import Bench, selected
 from identify.explain.survey import surveyed
 from identify.explain.warrant import Warranted, warranted
 from identify.holdout import Split
@@ -62,9 +62,9 @@ def _explained(
     data, bench, plain = readings.data, readings.bench, readings.plain
     note("locating the mismatch", 0.1)
     seen = surveyed(bench, plain)
-    bench, final, rounds = selected(bench, plain, note, 1 if look.held else MOST_EFFECTS)
-    if look.held or (look.against is None and hides_noise(readings, bench, final, look.leave_out)):
-        return _explained(model, traces, hold_out, note, replace(look, against=final.fit.chain, held=False))
+    bench, final, rounds = selected(bench, plain, note)
+    if look.against is None and hides_noise(readings, bench, final, look.leave_out):
+        return _explained(model, traces, hold_out, note, replace(look, against=final.fit.chain))
     note("checking the names against free-form corrections", 0.75)
     plain = bench.fitted((rounds[0].base if rounds else plain).fit.chain, ())
     earned = warranted(bench, plain, final, rounds)
@@ -72,14 +72,30 @@ def _explained(
     data = replace(data, test=tuple(refined(o, earned.hypothesis.fit.chain) for o in data.test))
     kept, dropped = confirmed(bench, earned, data.test)
     reading, again = _looked_again(readings, kept, data, look)
-    if again is not None and again.held:  # a guess: it is taken where it explains all
-        told = _explained(model, traces, hold_out, note, again)
-        if told.verdict == "explained":
+    if again is not None and again.held:
+        told = _beside_losses(model, traces, hold_out, note, again)
+        if told is not None:
             return told
     elif again is not None:
         return _explained(model, traces, hold_out, note, again)
     note("done", 1.0)
     return Answer(model, data, bench, plain, kept, rounds, dropped, reading, seen).explanation()
+
+
+def _beside_losses(
+    model: Model, traces: Sequence[Trace], hold_out: Sequence[Trace], note: Note, held: Look
+) -> Explanation | None:
+    """Explain recordings whose lost readings only a rough look tells, beside the largest physics that is there too.
+
+    None where a close look beside that physics finds no loss, or where not all is explained: it was a guess.
+    """
+    readings = read(model, traces, hold_out, lambda data: prepared(model, data, held.leave_out), held)
+    _, largest, _ = selected(readings.bench, readings.plain, note, 1)
+    chain = largest.fit.chain
+    if not loses(readings, chain, held.leave_out):
+        return None
+    told = _explained(model, traces, hold_out, note, replace(held, against=chain, held=False))
+    return told if told.verdict == "explained" else None
 
 
 def _looked_again(

@@ -189,6 +189,12 @@ def reread(
     return replace(readings, found=found)
 
 
+def loses(readings: Readings, chain: Chain, leave_out: Sequence[str]) -> bool:
+    """Return whether a close look against a chain finds readings that are lost."""
+    noise_v = readings.data.noise.rms_v
+    return bool(_lost(mended(chain, readings.traces, readings.hold_out, noise_v, leave_out).found))
+
+
 def counts_another(before: Readings, after: Readings) -> bool:
     """Return whether as many readings as had been put back were not what was lost."""
     counts = [{b.where: b.values["count"].value for b in _lost(readings.found)} for readings in (before, after)]

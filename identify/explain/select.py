@@ -14,13 +14,14 @@ from identify.chain import Chain
 from identify.effects.effect import Effect
 from identify.evidence import Evidence, candidates
 from identify.explain.chance import scatters_more
-from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
+from identify.explain.hypothesis import NOISE_KNOWN, WORTH, Hypothesis
 from identify.explain.promise import Promise, promised
 from identify.explain.round import COMPARED, Round, counts, hopeful, passed_over, promising, ranked, unforeseen
+from identify.explain.wander import all_wanders
 from identify.fit import chi_squared, fit
 from identify.observe import Observation, refined
 from identify.phases import scanned
-from identify.stepping import coarsened
+from identify.stepping import alike, coarsened
 from identify.thinning import thinned
 
 MOST_EFFECTS = 4
@@ -35,7 +36,6 @@ EXCHANGED = 4  # rivals that an effect chosen early is exchanged for
 ITERATIONS = 40
 COARSER = 4  # instants of a grid to one of that on which a fit is searched
 ROUNDS = 3  # of measuring what finer grids add, at most
-MOVED = 0.3  # standard deviations of a matched test by which that may still change
 STUCK = 0.1  # share of what an effect explains that the plain model explains as well, fitted from there
 TURNS = 4  # times phases are looked for anew once the rest has moved
 
@@ -63,7 +63,7 @@ class Bench:
         found = fit(chain, seen, self.plain.values, self.fixed, iterations, valleys=False)
         for _ in range(ROUNDS):
             before, seen = seen, self._coarsened(found.chain)
-            if seen == before or _alike(before, seen):
+            if seen == before or alike(before, seen):
                 break
             found = fit(found.chain, seen, self.plain.values, self.fixed, iterations, valleys=False)
         chi2 = sum(chi_squared(found.chain, o) for o in seen)
@@ -178,9 +178,14 @@ class Bench:
         return self.fitted(hypothesis.fit.chain, hypothesis.effects, iterations)
 
     def decided(self, this: "Round") -> tuple["Bench", "Round"]:
-        """Compare what came close again, on grids fine enough for all of it; return the bench on these grids, too."""
+        """Compare what came close again, on grids fine enough for all of it; return the bench on these grids, too.
+
+        Where nothing comes near to explaining enough for a name, nothing has to be compared.
+        """
         finer = self
         close = this.close[:STEPPED]
+        if not any(rival.gains_enough(this.base, 0.5 * WORTH) for rival in close):
+            return self, this
         for rival in close:
             finer = finer.refined(rival.fit.chain)
         if finer is self:
@@ -242,7 +247,9 @@ class Bench:
         """Fit ``hypothesis`` with one effect replaced by the last one of a rival."""
         effects = tuple(rival.effects[-1] if e is effect else e for e in hypothesis.effects)
         values = {**hypothesis.fit.chain.values, **rival.fit.chain.values}
-        return self.fitted(self.with_effects(effects, values), effects)
+        found = self.fitted(self.with_effects(effects, values), effects, LAPS)
+        near = not found.fit.converged and found.advantage(hypothesis) > -COMPARED
+        return self.continued(found, ITERATIONS) if near else found
 
     def settled(self, hypothesis: Hypothesis, rounds: Sequence["Round"]) -> Hypothesis:
         """Exchange single effects for what came close when they were chosen, where that pays.
@@ -255,15 +262,6 @@ class Bench:
             options = [self.swapped(hypothesis, effect, r) for r in rivals if r.effects[-1] != effect]
             hypothesis = max([hypothesis, *options], key=lambda h: h.advantage(hypothesis))
         return hypothesis
-
-
-def _alike(some: Sequence[Observation], others: Sequence[Observation]) -> bool:
-    """Return whether a matched test would not tell what is added to an answer here from what is added there."""
-    if any(a.substeps != b.substeps for a, b in zip(some, others, strict=True)):
-        return False
-    pairs = [(a.left_out, b.left_out) for a, b in zip(some, others, strict=True)]
-    changes = [a - b for a, b in pairs if a is not None and b is not None]
-    return bool(sum(float(change @ change) for change in changes) < MOVED**2)
 
 
 def selected(
@@ -293,4 +291,6 @@ def selected(
         finer = bench.refined(this.best.fit.chain)
         best = this.best if finer is bench else finer.fitted(this.best.fit.chain, this.best.effects)
         bench = finer
+        if all_wanders(best, bench.observations):
+            break
     return bench, bench.pruned(best), rounds

@@ -10,7 +10,9 @@ import numpy as np
 
 from identify.chain import Chain, signals
 from identify.evidence import Evidence
+from identify.explain.chance import scatters_all
 from identify.explain.corrections import free_name
+from identify.explain.hypothesis import Hypothesis
 from identify.observe import Observation
 from identify.stage import Place
 from identify.trace import Array, Mask
@@ -39,9 +41,28 @@ def wandering(evidence: Evidence) -> Iterator[tuple[Correction, Array, dict[str,
 
 
 def unrepeated(evidence: Evidence) -> float:
-    """Return the share of the misfit that differs from repeat to repeat; 0 where nothing was repeated.
+    """Return the share of the misfit that differs from repeat to repeat; 0 where nothing was repeated."""
+    changed, beyond = _misfit_of_repeats(evidence)
+    return changed / beyond if beyond else 0.0
 
-    Only what the model answers alike is compared: a first repeat begins from rest, the next where it ended.
+
+def all_wanders(hypothesis: Hypothesis, observations: tuple[Observation, ...]) -> bool:
+    """Return whether all that a hypothesis leaves may be what its own effects do by chance, which never comes back.
+
+    Where repeats cannot tell, it may.
+    """
+    chain = hypothesis.fit.chain
+    if not any(scatters_all(chain, effect, observations) for effect in hypothesis.effects):
+        return False
+    changed, beyond = _misfit_of_repeats(Evidence(hypothesis.fit, observations))
+    return changed >= MOSTLY * beyond
+
+
+def _misfit_of_repeats(evidence: Evidence) -> tuple[float, float]:
+    """Return what differs from repeat to repeat and what is left of them in all, both beyond the noise, chi-squared.
+
+    Zeros where these cannot be told. Only what the model answers alike is compared: a first repeat begins from rest,
+    the next where it ended.
     """
     total, changed, count = 0.0, 0.0, 0
     for o in evidence.observations:
@@ -54,7 +75,7 @@ def unrepeated(evidence: Evidence) -> float:
             changed += 0.5 * float(np.sum(np.square(a - b)))
             count += a.size
     beyond = total - count
-    return (changed - count) / beyond if count and beyond > 6.0 * np.sqrt(2.0 * count) else 0.0
+    return (changed - count, beyond) if count and beyond > 6.0 * np.sqrt(2.0 * count) else (0.0, 0.0)
 
 
 def _repeats(observation: Observation) -> Iterator[tuple[slice, slice]]:

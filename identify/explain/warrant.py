@@ -8,6 +8,7 @@ from identify.explain.locate import Located, located
 from identify.explain.rivals import left_to_explain, unheard
 from identify.explain.round import Round
 from identify.explain.select import Bench
+from identify.explain.wander import all_wanders
 from identify.fit import Fit
 from identify.stage import Place
 
@@ -33,9 +34,9 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
 
     When nothing remains beyond the noise, all do: a wrong set of names does not reproduce recordings of several kinds.
     Else the effect found last has to be more likely than physics of no catalogue, and not to leave more than a little
-    that a free-form correction at its own place could take away: then the place may be right, but the law is not. If it
-    does not earn its name, the one before it is asked. And no name is earned by a law that does better at a place where
-    it would be other physics.
+    that a free-form correction at its own place could take away: then the place may be right, but the law is not. What
+    its own chance makes does not speak against it. If it does not earn its name, the one before it is asked. And no
+    name is earned by a law that does better at a place where it would be other physics.
     """
     steps = [(this.base, this.best) for this in rounds if this.best is not None]
     strayed = misplaced(bench, final)
@@ -44,6 +45,8 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
     beyond = located(bench, hypothesis)
     while hypothesis.effects and beyond.significant and earned:
         base, winner = earned.pop()
+        if all_wanders(hypothesis, bench.observations):
+            break
         if not _doubtful(beyond, winner.effects[-1], base.chi2 - winner.chi2):
             break
         hypothesis = earned[-1][1] if earned else plain

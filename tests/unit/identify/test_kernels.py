@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identify import kernels
+from identify import altered_kernels, kernels
 from identify.following import slewed
 
 QUICK = settings(deadline=None, max_examples=60)
@@ -93,7 +93,7 @@ def test_play_stays_between_its_borders_and_holds_inside_them(borders, v):
 def held(borders, v, hold):
     s_l, d_l, s_u, d_u = borders
     out = np.empty(v.size)
-    state = kernels.held_play(s_l * (v - d_l), s_u * (v - d_u), hold, (0.0, 0.0), out)
+    state = altered_kernels.held_play(s_l * (v - d_l), s_u * (v - d_u), hold, (0.0, 0.0), out)
     return out, state
 
 

@@ -3,17 +3,17 @@
 import numpy as np
 import pytest
 
-from identify import kernels
-from identify.ratchet import PER_Z, Kind, gains, highest_of_low_passed, highest_of_white
+from identify import altered_kernels
+from identify.ratchet import PER_Z, SPEEDS, Kind, highest_of_low_passed, highest_of_white, rests, shaken
 from tests.proof.ratchet import HALF_GAP_V, Noise, ratcheted, stairs, waves
 from tests.proof.stimuli import RATE_HZ
 
 
 def mean_level(v: np.ndarray, sd_v: float, renewed: float, kind: Kind) -> np.ndarray:
     """Return the mean of w as the product has it, for borders of slope 1."""
-    out, hold = np.empty(v.size), (1.0, 0.0, 0.0, 0.0)
+    out, hold, state = np.empty(v.size), (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, np.nan, np.nan)
     lower, upper = v - HALF_GAP_V, v + HALF_GAP_V
-    kernels.noisy_play(lower, upper, sd_v, sd_v, gains(kind, 0.5 * renewed), PER_Z, hold, (0.0, 0.0), out)
+    altered_kernels.noisy_play(lower, upper, (sd_v, sd_v), shaken(kind, renewed), hold, state, out)
     return out
 
 
@@ -52,5 +52,22 @@ def test_the_mean_is_that_of_many_benches(kind, v, bandwidth_hz):
 
 def test_without_noise_to_speak_of_it_is_the_play():
     v, ideal = waves(), np.empty(waves().size)
-    kernels.held_play(v - HALF_GAP_V, v + HALF_GAP_V, (1.0, 0.0, 0.0, 0.0), (0.0, 0.0), ideal)
+    altered_kernels.held_play(v - HALF_GAP_V, v + HALF_GAP_V, (1.0, 0.0, 0.0, 0.0), (0.0, 0.0), ideal)
     assert np.allclose(mean_level(v, 1e-9, 0.2, "low-pass"), ideal, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("kind", ["low-pass", "white"])
+@pytest.mark.parametrize("sd_v", [5e-4, 0.02])
+def test_a_step_may_be_long_beside_what_the_border_runs_through(kind, sd_v):
+    """A sine of 250 V/s passes through the noise many times in a step: a grid 64 times as fine says the same."""
+    coarse, fine = (2.0 * np.sin(2.0 * np.pi * 20.0 * np.arange(0.0, 0.1, 1.0 / rate)) for rate in (1e4, 64e4))
+    means = [mean_level(v, sd_v, renewed, kind) for v, renewed in ((coarse, 0.5), (fine, 0.5 / 64))]
+    assert np.sqrt(np.mean((means[0] - means[1][::64]) ** 2)) < 0.02 * sd_v
+
+
+def test_a_fast_border_meets_a_low_passed_noise_as_brownian_motion():
+    """Its mean height gains 2 / (pi h) a unit of time: it rests where that is the border's speed."""
+    speeds = np.array([20.0, 100.0])
+    x = np.sqrt(np.sqrt(speeds))
+    found = np.interp(x / (1.0 + x), np.arange(SPEEDS) / SPEEDS, rests("low-pass")) / PER_Z
+    assert np.allclose(found, 2.0 / (np.pi * speeds), rtol=0.03)

@@ -31,7 +31,8 @@ def test_no_name_of_an_answer_is_likelier_than_that(monkeypatch: pytest.MonkeyPa
 @pytest.mark.parametrize(("met", "left", "most"), [
     (18.3, 7.5, 0.5),  # a sixth of the mismatch is left
     (18.3, 1.05, 1.0),
-    (1.2, 1.15, 1.0),  # half of it is left, and it is little
+    (1.2, 1.05, 1.0),  # a fifth of it is left, and it is little
+    (2.2, 1.2, 0.5),  # a tenth is left, and it stands out
     (400.0, 3.0, 1.0),  # one part in twenty thousand is left
     (3.4, 1.6, 0.5),
 ])

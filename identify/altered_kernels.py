@@ -1,0 +1,108 @@
+"""Compiled loops of play operators whose level a capacitor holds, whose contact is soft, or whose borders shake."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from identify.trace import Array
+
+
+@njit(error_model="numpy", cache=True)
+def _held(keep: float, climb: float, to_w: float, to_q: float, w: float, q: float) -> tuple[float, float]:
+    """Return what a step of holding makes of w and of the charge q that the capacitor's dielectric has absorbed."""
+    w = keep * w + climb
+    apart = q - w
+    return w + to_w * apart, q - to_q * apart
+
+
+@njit(error_model="numpy", cache=True)
+def held_play(lower: Array, upper: Array, hold: Any, state: Any, out: Array) -> Any:
+    """Run a play between given borders whose level moves by itself at every step before the borders act.
+
+    ``hold`` is (keep, climb, to_w, to_q) of ``_held``; ``state`` is (w, q), returned as it ends. Where a border takes w
+    along, the absorbed charge follows the middle of the step.
+    """
+    w, q = state
+    for j in range(lower.size):
+        free, q = _held(hold[0], hold[1], hold[2], hold[3], w, q)
+        w = min(max(free, lower[j]), upper[j])
+        q += 0.5 * hold[3] * (w - free)
+        out[j] = w
+    return w, q
+
+
+@njit(error_model="numpy", cache=True)
+def plays_abreast(
+    lower: Array, upper: Array, later_l: Array, later_u: Array, hold: Any, w: Array, q: Array, out: Array
+) -> None:
+    """Run the mean of plays whose borders lie ``later_l`` below and ``later_u`` above the given ones.
+
+    Each holds its level as in ``held_play``; the levels ``w`` and charges ``q`` are left as they end.
+    """
+    for j in range(lower.size):
+        total = 0.0
+        for i in range(w.size):
+            free, charge = _held(hold[0], hold[1], hold[2], hold[3], w[i], q[i])
+            level = min(max(free, lower[j] - later_l[i]), upper[j] + later_u[i])
+            w[i], q[i] = level, charge + 0.5 * hold[3] * (level - free)
+            total += level
+        out[j] = total / w.size
+
+
+@njit(error_model="numpy", cache=True)
+def _pushed(above: float, per_unit: float, unit: float, gains: Array) -> float:
+    """Return the mean height of w above a shaking border after half a step, from a height ``above`` before it.
+
+    ``gains`` are how much is gained from heights 0, 1, 2 and so on, in a ``unit`` of height; beyond, nothing is.
+    """
+    at = max(above * per_unit, 0.0)
+    if not at < gains.size - 1:
+        return above
+    i = int(at)
+    return float(unit * (at + gains[i] + (at - i) * (gains[i + 1] - gains[i])))
+
+
+@njit(error_model="numpy", cache=True)
+def _followed(above: float, speed: float, per_unit: float, unit: float, gains: Array, rests: Array) -> float:
+    """Return as ``_pushed`` does, but of a border that came towards w at a ``speed``, in sd a unit of the noise's time.
+
+    It pushes no further than where w would rest above a border that runs on like that: ``rests``, over x / (1 + x), x
+    the fourth root of the speed. However long a step is, a fast border is thus followed.
+    """
+    height = _pushed(above, per_unit, unit, gains)
+    if not speed > 0.0:
+        return height
+    root = np.sqrt(np.sqrt(speed))
+    at = root / (1.0 + root) * rests.size
+    i = min(int(at), rests.size - 2)
+    rest = unit * (rests[i] + (at - i) * (rests[i + 1] - rests[i]))
+    return float(height if height < rest else max(rest, min(height, above)))
+
+
+@njit(error_model="numpy", cache=True)
+def noisy_play(
+    lower: Array, upper: Array, sd: Any, shaken: Any, hold: Any, state: Any, out: Array
+) -> Any:
+    """Run the mean of a play whose borders shake by ``sd``, lower and upper, in units of w.
+
+    Half of a step's time is spent at its end, half of the next one's at its beginning: errors of the two cancel.
+    ``shaken`` are the gains of ``_pushed``, the rests of ``_followed``, both in 1 / per_sd of a sd, per_sd, and a step
+    in the noise's unit of time; ``hold`` as in ``held_play``. ``state`` is (w, q, lower, upper), the last borders not a
+    number before the first step; it is returned as it ends.
+    """
+    w, q, last_l, last_u = state
+    gains, rests, per_sd, renewed = shaken
+    per_l, per_u, unit_l, unit_u = per_sd / sd[0], per_sd / sd[1], sd[0] / per_sd, sd[1] / per_sd
+    slow_l, slow_u = 1.0 / (sd[0] * renewed), 1.0 / (sd[1] * renewed)
+    for j in range(lower.size):
+        free, q = _held(hold[0], hold[1], hold[2], hold[3], w, q)
+        low, high = lower[j], upper[j]
+        w = low + _followed(free - low, (low - last_l) * slow_l, per_l, unit_l, gains, rests)
+        w = high - _followed(high - w, (last_u - high) * slow_u, per_u, unit_u, gains, rests)
+        out[j] = w  # of the time around an instant, half is before it, and half behind
+        w = low + _pushed(w - low, per_l, unit_l, gains)
+        w = high - _pushed(high - w, per_u, unit_u, gains)
+        q += 0.5 * hold[3] * (w - free)
+        last_l, last_u = low, high
+    return w, q, last_l, last_u
