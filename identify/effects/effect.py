@@ -101,6 +101,13 @@ class Effect(Stage):
         """Return ``chain`` with this effect's values in their one form, where several say the same; itself if so."""
         return chain
 
+    def completed(self, chain: Chain, evidence: "Evidence") -> Chain:
+        """Return ``chain`` with this effect's values that say there is none put where a search may begin.
+
+        A form with fewer parameters has left them there, and no step leads away.
+        """
+        return chain
+
     def doubled(self, chain: Chain) -> Chain:
         """Return ``chain`` with this effect's lags twice as long (its corners half as high); itself if it has none."""
         factors = {0.0: 2.0, float("inf"): 0.5}

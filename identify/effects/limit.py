@@ -1,12 +1,19 @@
 """What do all limits of a level have in common, wherever they stand: at the source, behind F, at the ADC?"""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from math import isfinite
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from identify.chain import Chain
 from identify.effects.effect import Effect
 from identify.stage import Grid, Parameter, Run, Shape, Values, memoryless
+
+if TYPE_CHECKING:
+    from identify.evidence import Evidence
+
+REACHED = 0.02  # of the range of the level
 
 
 @dataclass(frozen=True)
@@ -20,6 +27,14 @@ class Limit(Effect):
         """Return the limits the form has."""
         upper, lower = self.declared
         return {"both": (upper, lower), "upper": (upper,), "lower": (lower,)}[self.form]
+
+    def completed(self, chain: Chain, evidence: "Evidence") -> Chain:
+        """Return ``chain`` with a limit that is missing where the level just reaches it: one beyond shows no slope."""
+        low, high = evidence.range(self.place)
+        upper, lower = self.declared
+        at = {upper.name: high - REACHED * (high - low), lower.name: low + REACHED * (high - low)}
+        missing = [p.name for p in self.parameters() if not isfinite(chain.values[p.name])]
+        return chain.with_values({name: at[name] for name in missing})
 
     def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
         """Return the limit at work."""

@@ -47,6 +47,19 @@ class Round:
         return tuple(h for h in self.tried if self.lead(h) > HOPELESS)
 
     @property
+    def undecided(self) -> tuple[Hypothesis, ...]:
+        """Return the best of every id that a further effect may bring ahead: the winner leaves more than its lead.
+
+        The winner's own values may stand in for what is not found yet.
+        """
+        left = max((h.chi2 - h.count for h in self.tried[:1]), default=0.0)
+        found: dict[str, Hypothesis] = {}
+        for h in self.tried:
+            if self.lead(h) > HOPELESS or h.chi2 - self.tried[0].chi2 < left:
+                found.setdefault(h.effects[-1].id, h)
+        return tuple(found.values())
+
+    @property
     def near(self) -> tuple[Hypothesis, ...]:
         """Return what the winner must be compared with closely."""
         return tuple(h for h in self.tried if self.lead(h) > -COMPARED)

@@ -6,6 +6,7 @@ the most promising ones jointly with the plain parameters, and takes the best if
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from math import isfinite
 
 import numpy as np
 from scipy.linalg import LinAlgError
@@ -120,8 +121,10 @@ class Bench:
         return Round(base, tuple(screened), ranked(base, fitted), passed_over=passed_over(hopes, worth))
 
     def possible(self, hypothesis: Hypothesis) -> bool:
-        """Return whether none of its effects implies more scatter than there is."""
+        """Return whether all of its effects are there, and none implies more scatter than there is."""
         chain = hypothesis.fit.chain
+        if not all(isfinite(chain.values[p.name]) for effect in hypothesis.effects for p in effect.parameters()):
+            return False
         return not any(scatters_more(chain, effect, self.observations) for effect in hypothesis.effects)
 
     def raced(self, base: Hypothesis, promises: Sequence[Promise]) -> list[Hypothesis]:
@@ -164,13 +167,14 @@ class Bench:
         if best.misfit < self.noise_known:
             return []
         reach = best.chi2 + FAR * (base.chi2 - best.chi2)
-        known, found = {h.effects[-1] for h in tried}, []
+        known, found, evidence = {h.effects[-1] for h in tried}, [], Evidence(base.fit, self.observations)
         for h in (h for h in tried if h.chi2 < reach):
             for more in type(h.effects[-1]).variants():
                 if more not in known and more.contains(h.effects[-1]):
                     known.add(more)
                     effects = (*base.effects, more)
-                    found.append(self.fitted(self.with_effects(effects, h.fit.chain.values), effects))
+                    chain = more.completed(self.with_effects(effects, h.fit.chain.values), evidence)
+                    found.append(self.fitted(chain, effects))
         return found
 
     def continued(self, hypothesis: Hypothesis, iterations: int = SPRINT) -> Hypothesis:
@@ -252,13 +256,13 @@ class Bench:
         return self.continued(found, ITERATIONS) if near else found
 
     def settled(self, hypothesis: Hypothesis, rounds: Sequence["Round"]) -> Hypothesis:
-        """Exchange single effects for what came close when they were chosen, where that pays.
+        """Exchange single effects for what could not be excluded when they were chosen, where that pays.
 
         An effect chosen first also had to cover for those found after it; beside them another law may do better.
         """
         for number, effect in enumerate(hypothesis.effects[:-1]):
             rest = {e.id for e in hypothesis.effects if e is not effect}
-            rivals = [r for r in rounds[number].close if r.effects[-1].id not in rest][:EXCHANGED]
+            rivals = [r for r in rounds[number].undecided if r.effects[-1].id not in rest][:EXCHANGED]
             options = [self.swapped(hypothesis, effect, r) for r in rivals if r.effects[-1] != effect]
             hypothesis = max([hypothesis, *options], key=lambda h: h.advantage(hypothesis))
         return hypothesis

@@ -22,10 +22,15 @@ def shown(entry: dict[str, Any]) -> str:
 
 def _told(effect: dict[str, Any]) -> str:
     intervals = ((name, i["value"], *i["ci95"]) for name, i in effect["parameters"].items())
-    values = ", ".join(f"{name} {value:.4g} ({low:.4g}..{high:.4g})" for name, value, low, high in intervals)
+    values = ", ".join(f"{name} {_number(at)} ({_number(low)}..{_number(high)})" for name, at, low, high in intervals)
     others = "".join(f" | {o['id']}@{o['stage']} {o['probability']:.2f}" for o in effect["could_also_be"])
     return f"{effect['id']}@{effect['stage']} {effect['probability']:.2f} {values}{others}"
 
 
 def _short(values: dict[str, float]) -> str:
     return ", ".join(f"{name} {value:.4g}" for name, value in values.items())
+
+
+def _number(value: float | None) -> str:
+    """Return a number in four digits; JSON has none for what has no bound."""
+    return "-" if value is None else f"{value:.4g}"

@@ -100,6 +100,32 @@ def test_a_form_with_one_parameter_more_is_tried_where_the_best_leaves_more_than
     assert bench.fuller(base, [fitted(bench, RAIL, BYPASS)]) == []
 
 
+def test_a_second_limit_is_looked_for_from_where_the_first_one_is_and_one_that_is_not_there_is_none():
+    """No step leads away from a rail at infinity."""
+    rails = (Concealed("saturation", {"upper": 11.0, "lower": -14.0}),)
+    seen = observed(recorded(OP_AMP, staircase("walk", FIG13_LEVELS_V, 0.02), rails, NOISE_V, seed=7), NOISE_V)
+    both, above = (catalogue()["saturation"](Place.F, form) for form in ("both", "upper"))
+    bench = Bench(chain_of(model_of(OP_AMP)), (seen,), (), tuple(catalogue().values()))
+    base = bench.fitted(bench.plain, ())
+    upper = bench.fitted(bench.with_effects((above,), {"saturation.upper": 11.0}), (above,))
+    (found,) = bench.fuller(base, [upper])
+    assert found.effects == (both,)
+    values = found.fit.chain.values
+    assert [values[f"saturation.{end}"] for end in ("upper", "lower")] == pytest.approx([11.0, -14.0], abs=0.02)
+    assert bench.possible(found)
+    assert not bench.possible(bench.fitted(bench.with_effects((both,), upper.fit.chain.values), (both,)))
+
+
+def test_what_a_further_effect_may_bring_ahead_is_undecided(bench):
+    """The winner leaves more than it leads by: its own values may stand in for what is not found yet."""
+    base, won, rail = bench.fitted(bench.plain, ()), fitted(bench, DIODE), fitted(bench, RAIL)
+    far = 1e4  # of chi-squared, behind the winner: hopeless on what is known so far
+    for left, names in ((2.0 * far, ("soft_saturation", "saturation")), (0.5 * far, ("soft_saturation",))):
+        winner = replace(won, chi2=won.count + left)
+        this = Round(base, (), (winner, replace(rail, chi2=winner.chi2 + far), replace(won, chi2=winner.chi2 + far)))
+        assert tuple(h.effects[-1].id for h in this.undecided) == names
+
+
 def test_a_lag_of_which_the_plain_values_hold_back_a_part_is_found_from_twice_its_length():
     rig = replace(
         RC, g1_num=(1.0,), g1_den=(0.01257, 1.0), s_l=3.355, s_u=3.355, d_l_v=1.782, d_u_v=-1.202, g2_num=(1.0,),

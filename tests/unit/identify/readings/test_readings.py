@@ -7,9 +7,10 @@ import pytest
 
 from identify.chain import plain_chain, simulate
 from identify.colour import Colour, whitening
+from identify.effects import catalogue
 from identify.effects.effect import Confusion, short
 from identify.explain.explain import prepared
-from identify.explain.readings import Look, counts_another, hides_noise, read, reread
+from identify.explain.readings import Look, counts_another, hides_noise, loses, read, reread
 from identify.holdout import settling_s, split
 from identify.interval import Interval
 from identify.readings import blemishes
@@ -19,6 +20,7 @@ from identify.readings.grid import COARSE, adc_steps
 from identify.readings.mend import mended
 from identify.readings.missing_samples import MissingSamples, loss_in, with_gap
 from identify.readings.spikes import outliers, spikes
+from identify.stage import Place
 from identify.trace import Step, Trace
 from tests.contract.test_effects import STAGES, UNITS
 from tests.proof.cases import Concealed
@@ -101,6 +103,9 @@ def test_readings_lost_beside_physics_are_held_until_that_is_explained():
     assert loss.id == "missing_samples"
     assert loss.values["position"].value == pytest.approx(3.4, abs=0.05)  # half a period
     assert held.plain.misfit < 0.5 * plain.misfit
+    sagging = catalogue()["input_ac_coupling"](Place.SOURCE).put_in(CHAIN, {"tau": 20.0})
+    assert [loses(held, chain, ()) for chain in (plain.fit.chain, sagging)] == [False, True]
+    assert not loses(held, sagging, ("missing_samples",))
     assert not counts_another(held, held)
     more = MissingSamples({**loss.values, "count": Interval(10.0, 10.0, 10.0)}, loss.p_value, loss.where)
     assert counts_another(held, replace(held, found=(more,)))
