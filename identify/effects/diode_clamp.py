@@ -19,7 +19,7 @@ SAME = "only larger levels, where the shapes part: a law right behind F and bord
 KNEES = np.geomspace(0.02, 3.0, 36)  # of the range of w on the side of the diode: only its first current may be seen
 SOFTNESS = np.geomspace(0.003, 0.5, 14)  # n V_T over the knee: 26 mV in 0.6 V, or a diode hardly more than bent
 SLOPES = (0.03, 0.1, 0.3)
-SHARPEST = 0.003  # n V_T over the knee: 26 mV in 9 V; what is sharper is a rail, not a diode
+SHARPEST = 5e-4  # n V_T over the knee that the law approaches as n V_T falls: a rail, reached without losing all slope
 
 
 @final
@@ -73,7 +73,8 @@ class DiodeClamp(Effect):
 
     def law(self, w: Array, knee: float, n_vt: float, slope: float = 0.0) -> Array:
         """Return the level behind the diode, V."""
-        x, n_vt = np.empty_like(w), max(n_vt, SHARPEST * knee)
+        x, sharpest = np.empty_like(w), SHARPEST * knee
+        n_vt += sharpest * np.exp(-n_vt / sharpest)
         kernels.clamped(knee / n_vt, self.side != "lower", self.side != "upper", w / n_vt, x)
         return np.asarray((1.0 - slope) * n_vt * x + slope * w)
 

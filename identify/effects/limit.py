@@ -34,7 +34,7 @@ class Limit(Effect):
         upper, lower = self.declared
         at = {upper.name: high - REACHED * (high - low), lower.name: low + REACHED * (high - low)}
         missing = [p.name for p in self.parameters() if not isfinite(chain.values[p.name])]
-        return chain.with_values({name: at[name] for name in missing})
+        return chain.with_values({name: at[name] for name in missing}) if missing else chain
 
     def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
         """Return the limit at work."""

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, ClassVar, final
 import numpy as np
 
 from identify import following
+from identify.chain import Chain
 from identify.effects.effect import Confusion, Effect
 from identify.stage import Block, Grid, Parameter, Place, Ramp, Run, Shape, Values
 from identify.trace import Array
@@ -16,6 +17,7 @@ RATE = Parameter("slew_limit.rate", "V/s", "log")
 LAG = Parameter("slew_limit.lag", "s", scale=1e-4, least=0.0)
 SHARPEST = 1e-3  # steps: a lag that no longer rounds
 LAGS = (0.5, 2.0, 8.0, 32.0)  # samples
+LEAST = 0.1  # samples: the lag from which a limit that was sharp is rounded
 SHARES = (0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.97)  # of the fastest rate of w: a limit may only just be met
 
 
@@ -51,6 +53,11 @@ class SlewLimit(Effect):
     def parameters(self) -> tuple[Parameter, ...]:
         """Return the rate, and the lag of one that is rounded."""
         return self.declared if self.form else (RATE,)
+
+    def completed(self, chain: Chain, evidence: "Evidence") -> Chain:
+        """Return ``chain`` with a lag that just rounds where there is none."""
+        sharp = LAG in self.parameters() and chain.values[LAG.name] == 0.0
+        return chain.with_values({LAG.name: LEAST * evidence.sample_s}) if sharp else chain
 
     def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
         """Return the running follower, at rest; what it follows by leaps it follows in straight lines."""

@@ -15,6 +15,7 @@ from identify.effects.offset_drift import OffsetDrift
 from identify.effects.plateau_droop import PlateauDroop
 from identify.effects.saturation import Saturation
 from identify.effects.soft_saturation import SoftSaturation
+from identify.evidence import Evidence
 from identify.fit import fit
 from identify.model import LinearF, Model, Physics, Rational
 from identify.stage import Block, Grid, Place, Ramp
@@ -171,6 +172,17 @@ def test_twice_the_strength_is_a_lag_twice_as_long_or_a_corner_half_as_high():
         assert stronger.values == kind(place).put_in(plain, twice).values
     bypassed = bypass(Place.SENSE).put_in(plain, {"k": 0.01})
     assert bypass(Place.SENSE).doubled(bypassed) is bypassed
+
+
+def test_a_limit_that_was_sharp_is_rounded_from_a_lag_that_is_not_none():
+    seen = observed(recorded(RC, SINE), 1e-3)
+    plain = fit(chain_of(model_of(RC)), [seen])
+    rounded = catalogue()["slew_limit"](Place.F, "rounded")
+    sharp = rounded.put_in(plain.chain, {"rate": 900.0})
+    begun = rounded.completed(sharp, Evidence(plain, (seen,)))
+    assert (sharp.values["slew_limit.lag"], begun.values["slew_limit.lag"]) == (0.0, pytest.approx(1e-5))
+    assert begun.values["slew_limit.rate"] == 900.0
+    assert rounded.completed(begun, Evidence(plain, (seen,))).values == begun.values
 
 
 def test_what_is_damped_beyond_ringing_is_no_resonance():
