@@ -81,9 +81,7 @@ def _followed(above: float, speed: float, per_unit: float, unit: float, gains: A
 
 
 @njit(error_model="numpy", cache=True)
-def noisy_play(
-    lower: Array, upper: Array, sd: Any, shaken: Any, hold: Any, state: Any, out: Array
-) -> Any:
+def noisy_play(lower: Array, upper: Array, sd: Any, shaken: Any, hold: Any, state: Any, out: Array) -> Any:
     """Run the mean of a play whose borders shake by ``sd``, lower and upper, in units of w.
 
     Half of a step's time is spent at its end, half of the next one's at its beginning: errors of the two cancel.

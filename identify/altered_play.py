@@ -113,15 +113,15 @@ def altered(play: Play, alteration: Alteration) -> AlteredPlay:
 
 def _operator(law: Law, grid: Grid) -> Run:
     """Return one running operator, from w = 0 with nothing absorbed."""
-    state, widening = (0.0, 0.0), _widening(law.late_s, grid)
+    widening = _widening(law.late_s, grid)
     hold = (law.keep, law.climb, law.to_w, law.to_q)
     spread = law.spread_v * CONTACTS
     levels, charges = np.zeros(CONTACTS.size), np.zeros(CONTACTS.size)
     noise = shaken(law.kind, law.renewed) if law.noise_v > 0.0 else None
-    shaking: tuple[float, ...] = (0.0, 0.0, np.nan, np.nan)
+    state: tuple[float, ...] = (0.0, 0.0) if noise is None else (0.0, 0.0, np.nan, np.nan)
 
     def run(block: Block) -> Array:
-        nonlocal state, shaking
+        nonlocal state
         v, out = block.signal, np.empty_like(block.signal)
         apart = widening(v) if law.late_s != 0.0 else 0.0
         lower = _border(v - apart - law.d_l_v, law.s_l, law.bend)
@@ -130,7 +130,7 @@ def _operator(law: Law, grid: Grid) -> Run:
             altered_kernels.plays_abreast(lower, upper, law.s_l * spread, law.s_u * spread, hold, levels, charges, out)
         elif noise is not None:
             sd = (abs(law.s_l) * law.noise_v, abs(law.s_u) * law.noise_v)
-            shaking = altered_kernels.noisy_play(lower, upper, sd, noise, hold, shaking, out)
+            state = altered_kernels.noisy_play(lower, upper, sd, noise, hold, state, out)
         else:
             state = altered_kernels.held_play(lower, upper, hold, state, out)
         return out

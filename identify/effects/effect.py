@@ -102,7 +102,7 @@ class Effect(Stage):
         return chain
 
     def completed(self, chain: Chain, evidence: "Evidence") -> Chain:
-        """Return ``chain`` with this effect's values that say there is none put where a search may begin; itself if so.
+        """Return ``chain`` with this effect's values that say there is none put where a search may begin; else itself.
 
         A form with fewer parameters has left them there, and no step leads away.
         """

@@ -37,9 +37,7 @@ def scatters_all(chain: Chain, effect: Effect, observations: tuple[Observation, 
     return left - noise < MORE * scattered
 
 
-def _energies(
-    chain: Chain, effect: Effect, observations: tuple[Observation, ...]
-) -> tuple[float, float, float]:
+def _energies(chain: Chain, effect: Effect, observations: tuple[Observation, ...]) -> tuple[float, float, float]:
     """Return what an effect does by chance, what a chain leaves, and what the noise makes of that, V^2 samples."""
     scattered, left, noise = 0.0, 0.0, 0.0
     for number, o in enumerate(observations):

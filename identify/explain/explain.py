@@ -111,12 +111,12 @@ def _looked_again(
     own = {blemish for effect in effects for blemish in effect.brings}
     before, after = {b.id for b in readings.found} - own, {b.id for b in reading.found} - {"adc_quantisation"}
     if before - after:  # what only the plain model showed in the readings is none of theirs: it is not looked for
-        return reading, replace(look, leave_out=(*look.leave_out, *(before - after)), held=False)
+        return reading, replace(look, leave_out=(*look.leave_out, *(before - after)))
     if after - before and kept.beyond.significant:  # what is unexplained looks like blemishes, too
         reading = replace(reading, found=tuple(b for b in reading.found if b.id not in after - before))
     elif look.against is None and (after - before or counts_another(readings, reading)):
-        return reading, replace(look, against=improved, held=False)  # what the mismatch had hidden or shown wrongly
-    if kept.beyond.significant and readings.doubtful and not look.held:
+        return reading, replace(look, against=improved)  # what the mismatch had hidden or shown wrongly
+    if kept.beyond.significant and readings.doubtful:
         return reading, replace(look, held=True)
     return reading, None
 

@@ -43,10 +43,8 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
     earned = [(base, winner) for base, winner in steps if not strayed & set(winner.names)]
     hypothesis = final if len(earned) == len(steps) else earned[-1][1] if earned else plain
     beyond = located(bench, hypothesis)
-    while hypothesis.effects and beyond.significant and earned:
+    while hypothesis.effects and beyond.significant and earned and not all_wanders(hypothesis, bench.observations):
         base, winner = earned.pop()
-        if all_wanders(hypothesis, bench.observations):
-            break
         if not _doubtful(beyond, winner.effects[-1], base.chi2 - winner.chi2):
             break
         hypothesis = earned[-1][1] if earned else plain

@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 import pytest
 
-from identify import effects
+from identify import effects, kernels
 from identify.chain import Chain, as_promised, local_name, plain_chain, simulate
 from identify.effects import catalogue, chain_of, effect_of, physics_in, with_physics
 from identify.effects.inside_play import InsidePlay
@@ -172,6 +172,17 @@ def test_twice_the_strength_is_a_lag_twice_as_long_or_a_corner_half_as_high():
         assert stronger.values == kind(place).put_in(plain, twice).values
     bypassed = bypass(Place.SENSE).put_in(plain, {"k": 0.01})
     assert bypass(Place.SENSE).doubled(bypassed) is bypassed
+
+
+def test_a_diode_however_sharp_keeps_a_slope_to_be_widened_along_and_one_that_is_not_keeps_its_law():
+    clamp, w = catalogue()["diode_clamp"](Place.F, "upper"), np.linspace(5.0, 7.0, 2001)
+    knee = 6.0
+    for share in (0.0003, 0.0015):
+        here, wider = (clamp.law(w, knee, share * knee * factor) for factor in (1.0, 1.2))
+        assert np.abs(wider - here).max() > 1e-4
+    n_vt, x = 0.003 * knee, np.empty_like(w)
+    kernels.clamped(knee / n_vt, True, False, w / n_vt, x)
+    assert np.abs(clamp.law(w, knee, n_vt) - n_vt * x).max() < 1e-4 * knee
 
 
 def test_a_limit_that_was_sharp_is_rounded_from_a_lag_that_is_not_none():

@@ -50,6 +50,14 @@ def test_held_out_data_side_with_what_is_true():
     assert np.mean(sides) == pytest.approx(size, rel=0.2)
 
 
+def test_held_out_data_convince_of_what_is_true_as_often_as_a_normal_number_does():
+    """By how much less the right answer leaves scatters twice as much: that would convince of it more seldom."""
+    moved = PLAIN.with_values({"F.D_L": PLAIN.values["F.D_L"] + 1.3e-4})
+    size = float(np.linalg.norm(simulate(moved, CLEAN) - simulate(PLAIN, CLEAN)) / NOISE_V)
+    often, seldom = norm.sf(2.0 - size), norm.sf(0.5 * (2.0 - size))
+    assert np.mean([improvement(PLAIN, moved, [seen]) > 2.0 for seen in SEEN]) > 0.5 * (often + seldom)
+
+
 @pytest.mark.parametrize(("side", "told", "against"), [
     (-5.0, 1.9, False),  # they cannot tell
     (1.2, 2.7, False),  # chance may keep a right finding from the two that convince

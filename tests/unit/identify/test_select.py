@@ -116,6 +116,17 @@ def test_a_second_limit_is_looked_for_from_where_the_first_one_is_and_one_that_i
     assert not bench.possible(bench.fitted(bench.with_effects((both,), upper.fit.chain.values), (both,)))
 
 
+def test_nothing_is_compared_on_finer_grids_where_nothing_comes_near_to_a_name(bench, monkeypatch):
+    asked: list[object] = []
+    monkeypatch.setattr(Bench, "refined", lambda self, chain: asked.append(chain) or self)
+    base, rail = replace(bench.fitted(bench.plain, ()), chi2=1e6), fitted(bench, RAIL)
+    for share, looks in ((0.05, 0), (0.15, 1), (0.5, 1)):
+        this = Round(base, (), (replace(rail, chi2=base.chi2 - share * (base.chi2 - base.count)),))
+        asked.clear()
+        assert bench.decided(this) == (bench, this)
+        assert len(asked) == looks
+
+
 def test_what_a_further_effect_may_bring_ahead_is_undecided(bench):
     """The winner leaves more than it leads by: its own values may stand in for what is not found yet."""
     base, won, rail = bench.fitted(bench.plain, ()), fitted(bench, DIODE), fitted(bench, RAIL)
