@@ -79,10 +79,17 @@ class Effect(Stage):
             for form in cls.forms:
                 yield cls(place, form)
 
-    def contains(self, other: "Effect") -> bool:
-        """Return whether another form at the same place has some of the parameters of this one and no others."""
-        same = type(self) is type(other) and self.place == other.place
-        return same and set(other.parameters()) < set(self.parameters()) and _words(other.form) <= _words(self.form)
+    def fuller(self) -> list[Self]:
+        """Return the forms at the same place that have all parameters of this one and more."""
+        return [form for form in self.variants() if form._contains(self)]
+
+    def simpler(self) -> list[Self]:
+        """Return the forms at the same place that have some of the parameters of this one and no others."""
+        return [form for form in self.variants() if self._contains(form)]
+
+    def _contains(self, other: Self) -> bool:
+        own, others = set(self.parameters()), set(other.parameters())
+        return self.place == other.place and others < own and _words(other.form) <= _words(self.form)
 
     def named(self, values: Mapping[str, float]) -> dict[str, float]:
         """Return ``values`` by full name, absent ones filled in from the value that means absent."""

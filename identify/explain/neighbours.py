@@ -62,7 +62,7 @@ def _neighbours(bench: Bench, best: Hypothesis) -> list[Hypothesis]:
                 continue
             first = bench.fitted(start, best.effects, SPRINT)
             if first.chi2 < best.chi2 + HOPEFUL and best.fit.distance(first.fit) > ELSEWHERE:
-                last = first if first.fit.converged else bench.continued(first, ITERATIONS)
+                last = first if first.fit.converged else bench.fitted(first.fit.chain, best.effects, ITERATIONS)
                 found += [last] if best.fit.distance(last.fit) > ELSEWHERE else []
     return found
 

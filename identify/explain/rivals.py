@@ -10,6 +10,7 @@ from math import e, exp, log, sqrt
 
 from identify.blocks import Play
 from identify.effects.effect import Effect
+from identify.explain.exchange import swapped
 from identify.explain.explanation import Alternative
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located
@@ -85,7 +86,7 @@ def _rivals(bench: Bench, final: Hypothesis, effect: Effect, rounds: list[Round]
     near = [h for h in step.near if _kind(h.effects[-1]) != _kind(effect) and h.effects[-1].id not in beside][:WEIGHED]
     if len(final.effects) == 1:
         return [(h.effects[-1], h) for h in near]
-    return [(h.effects[-1], bench.swapped(final, effect, h)) for h in near]
+    return [(h.effects[-1], swapped(bench, final, effect, h)) for h in near]
 
 
 def _information(effect: Effect, rounds: list[Round]) -> float:

@@ -15,6 +15,7 @@ from identify.chain import Chain
 from identify.effects.effect import Effect
 from identify.evidence import Evidence, candidates
 from identify.explain.chance import scatters_more
+from identify.explain.exchange import exchanged
 from identify.explain.hypothesis import NOISE_KNOWN, WORTH, Hypothesis
 from identify.explain.promise import Promise, promised
 from identify.explain.round import COMPARED, Round, counts, hopeful, passed_over, promising, ranked, unforeseen
@@ -33,7 +34,6 @@ STEADY = 10.0  # times what a lap gained that the laps to come may gain
 NEAR, FAR = 200.0, 0.3  # of chi-squared, and share of the best fall: a fit further behind the best is not continued
 DOUBLED = 3  # candidates of a round that are fitted again from twice their strength
 STEPPED = 5  # rivals that are fitted again on a finer grid
-EXCHANGED = 4  # rivals that an effect chosen early is exchanged for
 ITERATIONS = 40
 COARSER = 4  # instants of a grid to one of that on which a fit is searched
 ROUNDS = 3  # of measuring what finer grids add, at most
@@ -113,7 +113,8 @@ class Bench:
         hopes = [promised(evidence, c) for c in hopeful(screened, runs)]
         worth = promising(hopes, len(screened), runs)
         tried = self.doubled(base, self.raced(base, worth))
-        if min((h.misfit for h in tried), default=0.0) > self.noise_known:
+        left_over = min((h.misfit for h in tried), default=base.misfit)
+        if not left_over < self.noise_known < base.misfit:
             left = unforeseen(hopes, worth)
             starts = [replace(p, chain=p.candidate.effect.put_in(base.fit.chain, p.candidate.values)) for p in left]
             tried = [*tried, *self.raced(base, starts)]
@@ -167,19 +168,22 @@ class Bench:
         if best.misfit < self.noise_known:
             return []
         reach = best.chi2 + FAR * (base.chi2 - best.chi2)
-        known, found, evidence = {h.effects[-1] for h in tried}, [], Evidence(base.fit, self.observations)
+        known, found = {h.effects[-1] for h in tried}, []
         for h in (h for h in tried if h.chi2 < reach):
-            for more in type(h.effects[-1]).variants():
-                if more not in known and more.contains(h.effects[-1]):
-                    known.add(more)
-                    effects = (*base.effects, more)
-                    chain = more.completed(self.with_effects(effects, h.fit.chain.values), evidence)
-                    found.append(self.fitted(chain, effects))
+            for more in (form for form in h.effects[-1].fuller() if form not in known):
+                known.add(more)
+                found.append(self.reformed(h, h.effects[-1], more))
         return found
 
-    def continued(self, hypothesis: Hypothesis, iterations: int = SPRINT) -> Hypothesis:
-        """Fit a hypothesis further from where it is."""
-        return self.fitted(hypothesis.fit.chain, hypothesis.effects, iterations)
+    def reformed(self, hypothesis: Hypothesis, effect: Effect, form: Effect) -> Hypothesis:
+        """Fit ``hypothesis`` with another form of one of its effects, from the values it has."""
+        effects = tuple(form if e is effect else e for e in hypothesis.effects)
+        chain = self.with_effects(effects, hypothesis.fit.chain.values)
+        return self.fitted(form.completed(chain, Evidence(hypothesis.fit, self.observations)), effects)
+
+    def continued(self, hypothesis: Hypothesis) -> Hypothesis:
+        """Fit a hypothesis a few iterations further from where it is."""
+        return self.fitted(hypothesis.fit.chain, hypothesis.effects, SPRINT)
 
     def decided(self, this: "Round") -> tuple["Bench", "Round"]:
         """Compare what came close again, on grids fine enough for all of it; return the bench on these grids, too.
@@ -233,11 +237,9 @@ class Bench:
     def simplified(self, hypothesis: Hypothesis) -> Hypothesis:
         """Take simpler forms of effects, with fewer parameters, where the others do not pay."""
         for effect in hypothesis.effects:
-            for simpler in type(effect).variants():
-                if effect.contains(simpler):
-                    effects = tuple(simpler if e is effect else e for e in hypothesis.effects)
-                    found = self.fitted(self.with_effects(effects, hypothesis.fit.chain.values), effects)
-                    hypothesis = found if found.advantage(hypothesis) > 0.0 else hypothesis
+            for simpler in effect.simpler():
+                found = self.reformed(hypothesis, effect, simpler)
+                hypothesis = found if found.advantage(hypothesis) > 0.0 else hypothesis
         return hypothesis
 
     def without(self, hypothesis: Hypothesis, effect: Effect) -> Hypothesis:
@@ -246,26 +248,6 @@ class Bench:
         if rest not in self.known:
             self.known[rest] = self.fitted(self.with_effects(rest, hypothesis.fit.chain.values), rest)
         return self.known[rest]
-
-    def swapped(self, hypothesis: Hypothesis, effect: Effect, rival: Hypothesis) -> Hypothesis:
-        """Fit ``hypothesis`` with one effect replaced by the last one of a rival."""
-        effects = tuple(rival.effects[-1] if e is effect else e for e in hypothesis.effects)
-        values = {**hypothesis.fit.chain.values, **rival.fit.chain.values}
-        found = self.fitted(self.with_effects(effects, values), effects, LAPS)
-        near = not found.fit.converged and found.advantage(hypothesis) > -COMPARED
-        return self.continued(found, ITERATIONS) if near else found
-
-    def settled(self, hypothesis: Hypothesis, rounds: Sequence["Round"]) -> Hypothesis:
-        """Exchange single effects for what could not be excluded when they were chosen, where that pays.
-
-        An effect chosen first also had to cover for those found after it; beside them another law may do better.
-        """
-        for number, effect in enumerate(hypothesis.effects[:-1]):
-            rest = {e.id for e in hypothesis.effects if e is not effect}
-            rivals = [r for r in rounds[number].undecided if r.effects[-1].id not in rest][:EXCHANGED]
-            options = [self.swapped(hypothesis, effect, r) for r in rivals if r.effects[-1] != effect]
-            hypothesis = max([hypothesis, *options], key=lambda h: h.advantage(hypothesis))
-        return hypothesis
 
 
 def selected(
@@ -285,7 +267,7 @@ def selected(
             if this.base.chi2 - plain.chi2 > STUCK * (this.base.chi2 - this.best.chi2):
                 start, best, (bench, this) = plain, plain, bench.decided(bench.round(plain))
         if this.best is not None:
-            this = replace(this, settled=bench.settled(this.best, [*rounds, this]))
+            this = replace(this, settled=exchanged(bench, this.best, [*rounds, this]))
         if this.best is not None and not counts(start, this.base, this.best):
             this = replace(this, tried=(), settled=None)
         rounds.append(this)

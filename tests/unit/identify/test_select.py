@@ -7,6 +7,7 @@ import pytest
 from identify.effects import catalogue, chain_of
 from identify.effects.effect import Effect
 from identify.evidence import Candidate
+from identify.explain.exchange import exchanged
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located
 from identify.explain.promise import Promise
@@ -53,15 +54,15 @@ def rounds(bench: Bench) -> list[Round]:
 
 def test_an_effect_is_exchanged_when_another_does_better_beside_those_found_later(bench, rounds):
     chosen = fitted(bench, DIODE, BYPASS)
-    settled = bench.settled(chosen, rounds)
-    assert settled.effects == (RAIL, BYPASS)
-    assert settled.advantage(chosen) > 0.0
-    assert settled.fit.chain.values["saturation.lower"] == pytest.approx(-16.3, abs=0.02)
+    better = exchanged(bench, chosen, rounds)
+    assert better.effects == (RAIL, BYPASS)
+    assert better.advantage(chosen) > 0.0
+    assert better.fit.chain.values["saturation.lower"] == pytest.approx(-16.3, abs=0.02)
 
 
 def test_an_effect_that_does_best_stays(bench, rounds):
     chosen = fitted(bench, RAIL, BYPASS)
-    assert bench.settled(chosen, rounds) is chosen
+    assert exchanged(bench, chosen, rounds) is chosen
 
 
 def test_what_an_effect_was_exchanged_for_is_among_its_rivals(bench, rounds):
