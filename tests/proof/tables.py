@@ -245,10 +245,11 @@ def report(outcomes: Sequence[Outcome], twins: Twins) -> str:
     return "\n\n".join(f"## {title}\n\n{text}" for title, text in parts.items())
 
 
-def between_marks(page: str, text: str) -> str:
-    """Return a page with ``text`` between its two marks; ValueError when it has none."""
-    before, begin, rest = page.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not begin or not end:
-        raise ValueError(f"the page has no {BEGIN} ... {END}")
-    return f"{before}{BEGIN}\n{text}\n{END}{after}"
+def between_marks(page: str, text: str, name: str = "proof") -> str:
+    """Return a page with ``text`` between the two marks of this name; ValueError when it has none."""
+    begin, end = (f"<!-- {name}: {word} -->" for word in ("begin", "end"))
+    before, found, rest = page.partition(begin)
+    _, closed, after = rest.partition(end)
+    if not found or not closed:
+        raise ValueError(f"the page has no {begin} ... {end}")
+    return f"{before}{begin}\n{text}\n{end}{after}"

@@ -11,8 +11,8 @@ from functools import partial
 from pathlib import Path
 
 from tests.proof.__main__ import commit
-from tests.proof.circuit.changes import ALL, Change
-from tests.proof.circuit.table import report, row
+from tests.proof.circuit.changes import PAIRS, SINGLE, Circuit
+from tests.proof.circuit.table import report, report_of_pairs, row
 from tests.proof.circuit.told import answer
 from tests.proof.circuit.verdict import judged
 from tests.proof.tables import between_marks
@@ -23,24 +23,28 @@ README = Path(__file__).with_name("README.md")
 def main(words: list[str] | None = None) -> None:
     """Play every circuit asked for, explain the recordings, and print what that was worth."""
     wanted = arguments(words)
-    changes = [change for change in ALL if not wanted.only or any(word in change.name for word in wanted.only)]
+    asked_for = PAIRS if wanted.pairs else SINGLE
+    circuits = [c for c in asked_for if not wanted.only or any(word in c.name for word in wanted.only)]
     if not wanted.told:
         wanted.out.mkdir(parents=True, exist_ok=True)
         with ProcessPoolExecutor(wanted.jobs) as pool:
             work = partial(asked, seed=wanted.seed, out=wanted.out, at=commit())
-            for line in pool.map(work, changes):
+            for line in pool.map(work, circuits):
                 print(line, flush=True)
-    entries = [(change, json.loads(kept(wanted.out, change).read_text())) for change in changes]
+    entries = [(circuit, json.loads(kept(wanted.out, circuit).read_text())) for circuit in circuits]
     commits = sorted({entry["commit"] for _, entry in entries})
-    text = report([(change, entry["answer"]) for change, entry in entries], ", ".join(commits))
+    told = [(circuit, entry["answer"]) for circuit, entry in entries]
+    text = (report_of_pairs if wanted.pairs else report)(told, ", ".join(commits))
     print("\n" + text)
     if wanted.write:
-        README.write_text(between_marks(README.read_text(encoding="utf-8"), text), encoding="utf-8")
+        marks = "pairs" if wanted.pairs else "proof"
+        README.write_text(between_marks(README.read_text(encoding="utf-8"), text, marks), encoding="utf-8")
 
 
 def arguments(words: list[str] | None = None) -> argparse.Namespace:
     """Return what is asked for."""
     parser = argparse.ArgumentParser(prog="python -m tests.proof.circuit", description=__doc__)
+    parser.add_argument("--pairs", action="store_true", help="circuits with two changes, in place of those with one")
     parser.add_argument("--only", action="append", metavar="WORD", help="circuits whose name holds it; may be repeated")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--seed", type=int, default=0, help="of the noise")
@@ -50,16 +54,16 @@ def arguments(words: list[str] | None = None) -> argparse.Namespace:
     return parser.parse_args(words)
 
 
-def asked(change: Change, seed: int, out: Path, at: str) -> str:
+def asked(circuit: Circuit, seed: int, out: Path, at: str) -> str:
     """Ask about a circuit and keep the answer; return its line of the table."""
-    said = answer(change, seed)
-    kept(out, change).write_text(json.dumps({"commit": at, "answer": said}, indent=1), encoding="utf-8")
-    return row(change, said, judged(change, said))
+    said = answer(circuit, seed)
+    kept(out, circuit).write_text(json.dumps({"commit": at, "answer": said}, indent=1), encoding="utf-8")
+    return row(circuit, said, judged(circuit, said))
 
 
-def kept(out: Path, change: Change) -> Path:
+def kept(out: Path, circuit: Circuit) -> Path:
     """Return where the answer about a circuit is kept."""
-    return out / f"{change.name.replace(' ', '_')}.json"
+    return out / f"{circuit.name.replace(' ', '_')}.json"
 
 
 if __name__ == "__main__":

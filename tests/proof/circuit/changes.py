@@ -6,13 +6,16 @@ knows the product's chain.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import combinations
 from math import log, pi, sqrt
 
 KELVIN = 300.15  # ngspice's 27 degrees
 V_T = 1.380649e-23 * KELVIN / 1.602176634e-19
+NO_NAME = "unnamed"
 GAIN, HOLD_F, FEEDBACK_OHM = 8.0, 100e-9, 80e3
 TO_ADC = ("X10 z y vcc vee y TL081N", "X10 z y0 vcc vee y0 TL081N")  # room for something between the buffer and the ADC
 FROM_SOURCE = ("R1 u a 20k", "R1 u1 a 20k")  # and between the source and the first resistor
+HOLD, GAIN_STAGE = "C3 hc 0 100n", "X8 0 k vpp vnn o TL081N"  # lines that calculations by hand rely on
 
 
 @dataclass(frozen=True)
@@ -22,7 +25,7 @@ class Change:
     ``edits`` are lines and what replaces them, ``added`` further lines. ``effect`` and ``stage`` name the physics, ""
     where values of the plain model change and no physics is missing, ``unnamed`` where no catalogue has it.
     ``expected`` are its values, or those of the plain model by their path in ``model``, and ``because`` says how they
-    follow; ``also`` is further physics the same part brings along.
+    follow; ``also`` is further physics the same part brings along. ``given`` are lines that these values rely on.
     """
 
     name: str
@@ -34,14 +37,47 @@ class Change:
     edits: tuple[tuple[str, str], ...] = ()
     added: tuple[str, ...] = ()
     also: tuple[str, ...] = ()
+    given: tuple[str, ...] = ()
 
-    def applied(self, netlist: str) -> str:
-        """Return the netlist with the change in it; raise ValueError where a line to be edited is not there once."""
+    @property
+    def named(self) -> bool:
+        """Return whether the catalogue has a name for what it causes."""
+        return self.effect not in ("", NO_NAME)
+
+    def applied(self, netlist: str, number: int = 0) -> str:
+        """Return the netlist with the change in it; raise ValueError where a line to be edited is not there once.
+
+        Added parts are numbered from 90 down by tens with the ``number`` of changes that were made before.
+        """
         for line, other in self.edits:
             if netlist.splitlines().count(line) != 1:
                 raise ValueError(f"{self.name}: {line!r} is not in the netlist once")
             netlist = netlist.replace(line, other)
-        return netlist.replace("\n.end", "\n" + "\n".join([*self.added, ".end"]))
+        parts = [f"{part[0]}{9 - number}{part[2:]}" for part in self.added]
+        return netlist.replace("\n.end", "\n" + "\n".join([*parts, ".end"]))
+
+    def leaves(self, other: "Change") -> bool:
+        """Return whether the lines of the other change, and those its values rely on, are as they were."""
+        touched = {line for line, _ in self.edits}
+        return touched.isdisjoint({line for line, _ in other.edits} | set(other.given))
+
+
+@dataclass(frozen=True)
+class Circuit:
+    """The circuit with one change or several."""
+
+    changes: tuple[Change, ...]
+
+    @property
+    def name(self) -> str:
+        """Return what it is called."""
+        return " and ".join(change.name for change in self.changes)
+
+    def applied(self, netlist: str) -> str:
+        """Return the netlist with all changes in it."""
+        for number, change in enumerate(self.changes):
+            netlist = change.applied(netlist, number)
+        return netlist
 
 
 def _knee(string: int) -> dict[str, float]:
@@ -64,33 +100,33 @@ NOTHING = Change("nothing", "the circuit as it is", "", "", "S = 80k / 10k, D = 
 CHANGES = (
     Change(
         "leaky hold capacitor", "120 Mohm across C3 = 100 nF", "plateau_droop", "F",
-        "rate = 1 / (120 Mohm x 100 nF)", {"rate": 1.0 / (120e6 * HOLD_F)}, added=("R91 hc 0 120meg",),
+        "rate = 1 / (120 Mohm x 100 nF)", {"rate": 1.0 / (120e6 * HOLD_F)}, added=("R91 hc 0 120meg",), given=(HOLD,),
     ),
     Change(
         "741 behind the hold capacitor", "X7: TL081 -> uA741", "plateau_droop", "F",
         "current = -8 x 80 nA / 100 nF", {"current": -GAIN * 80e-9 / HOLD_F},
-        (("X7 h m vcc vee m TL081N", "X7 h m vcc vee m UA741"),),
+        (("X7 h m vcc vee m TL081N", "X7 h m vcc vee m UA741"),), given=(HOLD,),
     ),
     Change(
         "a Schottky diode in the play", "D2: picoampere diode -> BAT85, and C3: 0.1 -> 1 uF", "plateau_droop", "F",
         "current = 8 x I_s / 1 uF, I_s = 0.2 uA", {"current": GAIN * 0.2e-6 / 1e-6},
-        (("D2 h r DLEAKLESS", "D2 h r DBAT85"), ("C3 hc 0 100n", "C3 hc 0 1u")),
+        (("D2 h r DLEAKLESS", "D2 h r DBAT85"), (HOLD, "C3 hc 0 1u")),
     ),
     Change(
         "weak supply of the gain stage", "V3: 11.5 -> 8.6 V, V4: -11.5 -> -9.4 V", "saturation", "F",
         "the amplifier ends 1.5 V before its supply, and w has the other sign",
         {"upper": 9.4 - 1.5, "lower": -8.6 + 1.5},
-        (("V3 vpp 0 11.5", "V3 vpp 0 8.6"), ("V4 vnn 0 -11.5", "V4 vnn 0 -9.4")),
+        (("V3 vpp 0 11.5", "V3 vpp 0 8.6"), ("V4 vnn 0 -11.5", "V4 vnn 0 -9.4")), given=(GAIN_STAGE,),
     ),
     Change(
         "hold capacitor that absorbs", "4.7 nF behind 10 Mohm across C3", "dielectric_absorption", "F",
         "fraction = 4.7 nF / 100 nF, tau = 10 Mohm x 4.7 nF", {"fraction": 0.047, "tau": 10e6 * 4.7e-9},
-        added=("C91 hc da 4.7n", "R91 da 0 10meg"),
+        added=("C91 hc da 4.7n", "R91 da 0 10meg"), given=(HOLD,),
     ),
     Change(
         "micropower gain stage", "X8: TL081 -> LT1494", "slew_limit", "F",
         "1 V/ms by its data sheet, and a pole at 2.7 kHz / 9", {"rate": 1000.0},
-        (("X8 0 k vpp vnn o TL081N", "X8 0 k vpp vnn o LT1494"),), also=("extra_pole",),
+        ((GAIN_STAGE, "X8 0 k vpp vnn o LT1494"),), also=("extra_pole",),
     ),
     Change(
         "diodes across the gain stage", "four red LEDs in series, both ways, across R15", "diode_clamp", "F",
@@ -101,7 +137,7 @@ CHANGES = (
     ),
     Change(
         "stray capacitance past the play", "1 nF from v to the hold capacitor", "plateau_tilt", "F",
-        "k = 8 x 1 nF / (100 nF + 1 nF)", {"k": GAIN * 1e-9 / (HOLD_F + 1e-9)}, added=("C91 v h 1n",),
+        "k = 8 x 1 nF / (100 nF + 1 nF)", {"k": GAIN * 1e-9 / (HOLD_F + 1e-9)}, added=("C91 v h 1n",), given=(HOLD,),
     ),
     Change(
         "crosstalk to the ADC", "1 kohm before the ADC, 33 kohm from the source to it", "feedthrough", "sense",
@@ -141,14 +177,20 @@ CHANGES = (
         {"G1.tau": 0.03}, (("C1 a 0 1u", "C1 a 0 1.5u"),),
     ),
     Change(
-        "no catch diodes", "D3 and D4 left out", "unnamed", "F",
+        "no catch diodes", "D3 and D4 left out", NO_NAME, "F",
         "the blocked amplifier must come back from its rail, later by a law of the square root of the rate",
         edits=(("D3 n p D1N4148", "* no D3"), ("D4 r q D1N4148", "* no D4")),
     ),
     Change(
-        "feedback before the diode", "R11 and R12 from p and r in place of m", "unnamed", "F",
+        "feedback before the diode", "R11 and R12 from p and r in place of m", NO_NAME, "F",
         "the diode's logarithm stays in the path: the gap grows by 0.06 V a decade of dv/dt, and creeps",
         edits=(("R11 m n 10k", "R11 p n 10k"), ("R12 m q 10k", "R12 r q 10k")),
     ),
 )  # fmt: skip
-ALL = (NOTHING, *CHANGES)
+SINGLE = tuple(Circuit((change,)) for change in (NOTHING, *CHANGES))
+PAIRS = tuple(
+    Circuit((one, other))
+    for one, other in combinations((change for change in CHANGES if change.named), 2)
+    if one.effect != other.effect and one.leaves(other) and other.leaves(one)
+)
+"""All pairs of changes that bring different physics and leave each other's parts alone."""

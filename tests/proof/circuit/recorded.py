@@ -16,7 +16,7 @@ from rig.plan import Limits, Plan
 from rig.recording import Writer
 from rig.runner import run
 from rig.session import equipment
-from tests.proof.circuit.changes import Change
+from tests.proof.circuit.changes import Circuit
 from tests.proof.stimuli import (
     FIG13_LEVELS_V,
     HELD_OUT_LEVELS_V,
@@ -59,24 +59,24 @@ def folder() -> Path:
     return Path(told) if told else Path(tempfile.gettempdir()) / "rig-circuits"
 
 
-def recorded(change: Change, stimulus: Stimulus, seed: int = 0) -> Path:
-    """Return the recording of a stimulus played to the changed circuit, made now if it was not before."""
-    circuit = change.applied(shipped(DEFAULT))
+def recorded(circuit: Circuit, stimulus: Stimulus, seed: int = 0) -> Path:
+    """Return the recording of a stimulus played to a changed circuit, made now if it was not before."""
+    netlist_text = circuit.applied(shipped(DEFAULT))
     sources = [Path(module.__file__ or "").read_bytes() for module in (spice, ngspice, netlist)]
-    noise = f"{NOISE} {change.name} {stimulus.name} {stimulus.rate_hz} {seed}".encode()
-    parts = [circuit.encode(), shipped(PARTS).encode(), stimulus.u.tobytes(), noise]
+    noise = f"{NOISE} {circuit.name} {stimulus.name} {stimulus.rate_hz} {seed}".encode()
+    parts = [netlist_text.encode(), shipped(PARTS).encode(), stimulus.u.tobytes(), noise]
     place = folder() / sha256(b"\0".join([*sources, *parts])).hexdigest()[:16]
     path = place / f"{stimulus.name}.h5"
     if not path.exists():
         place.mkdir(parents=True, exist_ok=True)
-        _played(circuit, stimulus, path, int.from_bytes(sha256(noise).digest()[:4]))
+        _played(netlist_text, stimulus, path, int.from_bytes(sha256(noise).digest()[:4]))
     return path
 
 
-def _played(circuit: str, stimulus: Stimulus, path: Path, seed: int) -> None:
+def _played(netlist_text: str, stimulus: Stimulus, path: Path, seed: int) -> None:
     """Play a stimulus to a circuit; the recording stands at ``path`` once it is whole."""
     wired, played = path.with_suffix(".cir"), path.with_suffix(f".{os.getpid()}.h5")
-    wired.write_text(circuit)
+    wired.write_text(netlist_text)
     address = f"{wired}?noise={NOISE}&seed={seed}"
     steps = tuple(Step(s.label, s.kind, s.start, s.stop, s.repeat) for s in stimulus.segments)
     with SpiceDevice.connect(address) as device:

@@ -3,39 +3,64 @@
 from collections.abc import Sequence
 from typing import Any
 
-from tests.proof.circuit.changes import Change
-from tests.proof.circuit.verdict import Answer, Value, Verdict, judged
+from tests.proof.circuit.changes import Change, Circuit
+from tests.proof.circuit.verdict import Answer, Outcome, Value, Verdict, judged
 
 HEAD = ("| what was changed | what it must cause | by hand | told | held out, x noise | verdict | |\n"
         "|---|---|---|---|---|---|---|\n")
-Told = Sequence[tuple[Change, Answer]]
+Told = Sequence[tuple[Circuit, Answer]]
 
 
 def report(told: Told, commit: str) -> str:
-    """Return the count and the table."""
-    verdicts = [judged(change, answer) for change, answer in told]
-    named = [v for (c, _), v in zip(told, verdicts, strict=True) if c.effect not in ("", "unnamed")]
-    counts = {word: sum(v.outcome == word for v in verdicts) for word in ("found", "missed", "wrong")}
-    rows = (row(change, answer, verdict) for (change, answer), verdict in zip(told, verdicts, strict=True))
+    """Return the count and the table of circuits with one change."""
+    verdicts = [judged(circuit, answer) for circuit, answer in told]
+    named = [v for (c, _), v in zip(told, verdicts, strict=True) if c.changes[0].named]
+    counts = counted(verdicts)
+    rows = (row(circuit, answer, verdict) for (circuit, answer), verdict in zip(told, verdicts, strict=True))
     return (
         f"At commit `{commit}`: of {len(named)} changes with a name in the catalogue "
-        f"{sum(v.outcome == 'found' for v in named)} were found; of all {len(verdicts)} circuits "
+        f"{counted(named)['found']} were found; of all {len(verdicts)} circuits "
         f"{counts['found']} were answered rightly, {counts['missed']} missed, "
         f"{counts['wrong']} called by a wrong name.\n\n"
         + HEAD + "\n".join(rows) + "\n"
     )
 
 
-def row(change: Change, answer: Answer, verdict: Verdict) -> str:
+def report_of_pairs(told: Told, commit: str) -> str:
+    """Return the count of circuits with two changes, and the table of those that were not answered rightly."""
+    verdicts = [judged(circuit, answer) for circuit, answer in told]
+    counts = counted(verdicts)
+    short = [row(c, answer, v) for (c, answer), v in zip(told, verdicts, strict=True) if v.outcome != "found"]
+    return (
+        f"At commit `{commit}`: of {len(verdicts)} circuits with two changes {counts['found']} were answered rightly: "
+        f"both named first with the values by hand, and nothing else; {counts['missed']} missed, {counts['wrong']} "
+        "called by a wrong name."
+        + (f" Those that were not:\n\n{HEAD}" + "\n".join(short) if short else "") + "\n"
+    )
+
+
+def counted(verdicts: Sequence[Verdict]) -> dict[Outcome, int]:
+    """Return how many verdicts there are of each outcome."""
+    words: tuple[Outcome, ...] = ("found", "missed", "wrong")
+    return {word: sum(v.outcome == word for v in verdicts) for word in words}
+
+
+def row(circuit: Circuit, answer: Answer, verdict: Verdict) -> str:
     """Return the line of one circuit."""
-    must = f"`{change.effect}` at {change.stage}" if change.effect else "no missing physics"
+    changes = circuit.changes
     cells = (
-        f"{change.name}: {change.done}", f"{must}: {change.because}",
+        "; ".join(f"{c.name}: {c.done}" for c in changes), "; ".join(_must(c) for c in changes),
         ", ".join(f"{v.name} {v.by_hand:.4g}" for v in verdict.values), _said(answer, verdict.values),
         f"{verdict.before:.3g} → {verdict.after:.3g}", str(answer["verdict"]),
         f"**{verdict.outcome}**" + (f": {verdict.why}" if verdict.why else ""),
     )
     return "| " + " | ".join(cells) + " |"
+
+
+def _must(change: Change) -> str:
+    return f"`{change.effect}` at {change.stage}: {change.because}" if change.effect else (
+        f"no missing physics: {change.because}"
+    )
 
 
 def _said(answer: Answer, values: Sequence[Value]) -> str:

@@ -7,22 +7,36 @@ import pytest
 from drivers import ngspice
 from drivers.netlist import parse_netlist
 from drivers.spice import DEFAULT, shipped, stock
-from tests.proof.circuit.changes import ALL, CHANGES, Change
-from tests.proof.circuit.table import report
+from tests.proof.circuit.changes import CHANGES, PAIRS, SINGLE, Change, Circuit
+from tests.proof.circuit.table import report, report_of_pairs
 from tests.proof.circuit.told import answer
 from tests.proof.circuit.verdict import judged
 
 PLAYED = ("leaky hold capacitor", "weak supply of the gain stage")
-LEAK = CHANGES[0]
+LEAK, RAILS = CHANGES[0], CHANGES[3]
 
 
-@pytest.mark.parametrize("change", ALL, ids=lambda change: change.name)
-def test_a_changed_circuit_is_a_circuit_of_known_parts(change: Change) -> None:
-    circuit = parse_netlist(change.applied(shipped(DEFAULT)), change.name)
-    assert {"u", "v", "w", "y"} <= circuit.nodes
-    models = {line.split()[-1].upper() for line in circuit.lines if line[0] in "XD"}
+@pytest.mark.parametrize("circuit", [*SINGLE, *PAIRS], ids=lambda circuit: circuit.name)
+def test_a_changed_circuit_is_a_circuit_of_known_parts(circuit: Circuit) -> None:
+    netlist = parse_netlist(circuit.applied(shipped(DEFAULT)), circuit.name)
+    assert {"u", "v", "w", "y"} <= netlist.nodes
+    assert len({line.split()[0].lower() for line in netlist.lines if line[0] not in ".*"}) == sum(
+        line[0] not in ".*" for line in netlist.lines
+    )
+    models = {line.split()[-1].upper() for line in netlist.lines if line[0] in "XD"}
     assert models <= stock().models
-    assert change is ALL[0] or circuit.lines != parse_netlist(shipped(DEFAULT), "as it is").lines
+    assert circuit is SINGLE[0] or netlist.lines != parse_netlist(shipped(DEFAULT), "as it is").lines
+
+
+def test_a_pair_brings_two_physics_and_leaves_the_parts_that_either_is_calculated_from() -> None:
+    assert len({circuit.name for circuit in PAIRS}) == len(PAIRS)
+    for one, other in (circuit.changes for circuit in PAIRS):
+        assert one.named
+        assert other.named
+        assert one.effect != other.effect
+        edited = {line for line, _ in (*one.edits, *other.edits)}
+        assert len(edited) == len(one.edits) + len(other.edits)
+        assert edited.isdisjoint({*one.given, *other.given})
 
 
 def test_a_change_of_what_is_not_there_is_refused() -> None:
@@ -33,8 +47,9 @@ def test_a_change_of_what_is_not_there_is_refused() -> None:
 @pytest.mark.skipif(bool(ngspice.missing()), reason=ngspice.missing())
 @pytest.mark.parametrize("change", [c for c in CHANGES if c.name in PLAYED], ids=lambda change: change.name)
 def test_what_a_part_does_is_named_measured_and_proven(change: Change) -> None:
-    said = answer(change)
-    verdict = judged(change, said)
+    circuit = Circuit((change,))
+    said = answer(circuit)
+    verdict = judged(circuit, said)
     assert (verdict.outcome, verdict.why) == ("found", "")
     assert said["verdict"] == "explained"
 
@@ -68,13 +83,34 @@ CASES = [
 
 @pytest.mark.parametrize(("said", "outcome", "why"), CASES)
 def test_an_answer_is_judged_by_name_value_and_proof(said: dict[str, object], outcome: str, why: str) -> None:
-    verdict = judged(LEAK, said)
+    verdict = judged(Circuit((LEAK,)), said)
     assert (verdict.outcome, verdict.why) == (outcome, why)
-    assert f"**{outcome}**" in report([(LEAK, said)], "here")
+    assert f"**{outcome}**" in report([(Circuit((LEAK,)), said)], "here")
 
 
 @pytest.mark.parametrize(("current", "outcome"), [(-0.0027, "found"), (-0.0105, "wrong")])
 def test_the_droop_of_every_circuit_is_no_wrong_name_where_it_is_that_one(current: float, outcome: str) -> None:
     said = {**told(called("plateau_droop", current=current)), "model": {"G1": {"den": [3e-7, 3e-2, 1.0]}}}
     (change,) = (c for c in CHANGES if c.name == "wrong capacitor in the first filter")
-    assert judged(change, said).outcome == outcome
+    assert judged(Circuit((change,)), said).outcome == outcome
+
+
+CLIPPED = called("saturation", upper=7.9, lower=-7.1)
+OF_TWO = [
+    (told(DROOP, CLIPPED), "found", ""),
+    (told(CLIPPED, DROOP), "found", ""),
+    (told(DROOP), "missed", "upper not within 10%; lower not within 10%; plateau_droop at F first"),
+    (told(DROOP, called("hum", 0.4), CLIPPED), "missed", "plateau_droop at F, hum at F first"),
+    (told(DROOP, CLIPPED, called("hum")), "wrong", "called hum"),
+    (told(DROOP, CLIPPED, after=0.02), "missed", "2 x noise left"),
+]
+
+
+@pytest.mark.parametrize(("said", "outcome", "why"), OF_TWO)
+def test_of_two_changes_both_must_be_told_before_all_else(said: dict[str, object], outcome: str, why: str) -> None:
+    both = Circuit((LEAK, RAILS))
+    verdict = judged(both, said)
+    assert (verdict.outcome, verdict.why) == (outcome, why)
+    text = report_of_pairs([(both, said)], "here")
+    assert (f"**{outcome}**" in text) == (outcome != "found")
+    assert f"of 1 circuits with two changes {int(outcome == 'found')} were answered rightly" in text

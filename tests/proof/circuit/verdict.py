@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from tests.proof.circuit.changes import OWN_CURRENT, Change
+from tests.proof.circuit.changes import NO_NAME, OWN_CURRENT, Change, Circuit
 
 Answer = Mapping[str, Any]
 Outcome = Literal["found", "missed", "wrong"]
@@ -14,7 +14,6 @@ CLOSE = 0.1  # of the value by hand: asked where the interval does not cover it
 AT_NOISE = 1.5  # times the noise: most that may be left of data kept back
 HALVED = 0.5
 SURE = 0.5  # a name with a larger probability is called
-NO_NAME = "unnamed"
 
 
 @dataclass(frozen=True)
@@ -46,35 +45,36 @@ class Verdict:
     after: float
 
 
-def judged(change: Change, answer: Answer) -> Verdict:
+def judged(circuit: Circuit, answer: Answer) -> Verdict:
     """Return what an answer to the recordings of a changed circuit is worth."""
-    values = tuple(_values(change, answer))
+    values = tuple(value for change in circuit.changes for value in _values(change, answer))
     held = answer["fit"]["held_out"]
     before, after = held["before"] / held["noise"], held["after"] / held["noise"]
-    wrong = [e["id"] for e in answer["effects"] if e["probability"] > SURE and not _true(change, e)]
-    flaws = list(_flaws(change, answer, values, before, after))
+    wrong = [e["id"] for e in answer["effects"] if e["probability"] > SURE and not _true(circuit, e)]
+    flaws = list(_flaws(circuit, answer, values, before, after))
     outcome: Outcome = "wrong" if wrong else "missed" if flaws else "found"
     return Verdict(outcome, "; ".join([*(f"called {name}" for name in wrong), *flaws]), values, before, after)
 
 
-def _true(change: Change, effect: Answer) -> bool:
-    """Return whether a name is that of what the change brings, of the droop each of the circuits has, or none."""
-    if effect["id"] in (change.effect, *change.also, NO_NAME):
+def _true(circuit: Circuit, effect: Answer) -> bool:
+    """Return whether a name is that of what a change brings, of the droop each of the circuits has, or none."""
+    if effect["id"] == NO_NAME or any(effect["id"] in (c.effect, *c.also) for c in circuit.changes):
         return True
     return effect["id"] == "plateau_droop" and _value("current", OWN_CURRENT, effect["parameters"].get("current")).right
 
 
-def _flaws(change: Change, answer: Answer, values: tuple[Value, ...], before: float, after: float) -> list[str]:
+def _flaws(circuit: Circuit, answer: Answer, values: tuple[Value, ...], before: float, after: float) -> list[str]:
     """Return what is asked of an answer and not so."""
-    first = next(((e["id"], e["stage"]) for e in answer["effects"]), None)
     flaws = [f"{value.name} not within {CLOSE:.0%}" for value in values if not value.right]
-    if change.effect == NO_NAME:
+    if any(change.effect == NO_NAME for change in circuit.changes):
         return flaws
     if after > AT_NOISE:
         flaws.append(f"{after:.3g} x noise left")
-    if change.effect and first != (change.effect, change.stage):
-        flaws.append(f"{first[0]} at {first[1]} first" if first else "no name")
-    if change.effect and after > HALVED * before:
+    asked = {(change.effect, change.stage) for change in circuit.changes if change.effect}
+    first = [(e["id"], e["stage"]) for e in answer["effects"]][: len(asked)]
+    if asked != set(first):
+        flaws.append(", ".join(f"{name} at {stage}" for name, stage in first) + " first" if first else "no name")
+    if asked and after > HALVED * before:
         flaws.append("not halved")
     return flaws
 
