@@ -3,7 +3,7 @@
 Each case is a single-effect trial of the study (tests/proof/trial.py), of which the tool gets a staircase and one sine
 only, so that many sets stay undecided. ``rig explain --follow-up`` then plays what it chose on a device behind which
 the independent integrator stands. Every case is appended to ``--out`` as it ends, its seal first; a study that was cut
-goes on where it stopped.
+goes on where it stopped. ``--write`` puts what it showed into README.md beside this file.
 """
 
 import argparse
@@ -23,12 +23,15 @@ from rig import followup
 from rig.recorded import Equipment, Origin, Recording, complete_ledger
 from rig.recording import write
 from rig.rigfile import model_to_yaml
+from tests.proof.__main__ import LONG as README
+from tests.proof.__main__ import commit
 from tests.proof.ask import exact_twins, known_effects
 from tests.proof.bench import Run, record
 from tests.proof.device import stand
-from tests.proof.seal import sealed
+from tests.proof.seal import opened_as_sealed, sealed
 from tests.proof.standard import SOURCE_V
 from tests.proof.study import answered, append, worked
+from tests.proof.tables import between_marks
 from tests.proof.trial import Key, Trial, drawn, plan
 from tests.trials import model_of
 
@@ -45,10 +48,13 @@ def main(words: list[str] | None = None) -> None:
     done = answered(wanted.out, "outcome")
     todo = [key for key in keys if key.text not in done]
     print(f"{len(keys)} cases, {len(keys) - len(todo)} of them answered before, into {wanted.out}", flush=True)
-    for line in worked(partial(tried, out=wanted.out), todo, wanted.jobs):
+    for line in worked(partial(tried, out=wanted.out, at=commit()), todo, wanted.jobs):
         print(line, flush=True)
     done = answered(wanted.out, "outcome")
-    print(summary([done[key.text] for key in keys if key.text in done]))
+    text = summary([done[key.text] for key in keys if key.text in done])
+    print(text)
+    if wanted.write:
+        README.write_text(between_marks(README.read_text(encoding="utf-8"), text, "follow-up"), encoding="utf-8")
 
 
 def arguments(words: list[str] | None = None) -> argparse.Namespace:
@@ -59,10 +65,11 @@ def arguments(words: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--effect", action="append", help="only trials about this id; may be given again")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("follow_up.jsonl"))
+    parser.add_argument("--write", action="store_true", help="write what they show into the README of the study")
     return parser.parse_args(words)
 
 
-def tried(key: Key, out: Path) -> str:
+def tried(key: Key, out: Path, at: str) -> str:
     """Draw, seal, ask and open one case; return it in one line."""
     trial = limited(drawn(key))
     truth = sealed(trial)
@@ -74,7 +81,8 @@ def tried(key: Key, out: Path) -> str:
         reply = {"failure": traceback.format_exc(limit=-4)}
     reply["processor_s"] = round(time.process_time() - began, 1)
     (true,) = trial.expected
-    entry = {"trial": key.text, "seal": truth.seal, "salt": truth.salt, "truth": truth.text, **reply}
+    opened = {"seal": truth.seal, "salt": truth.salt, "truth": truth.text}
+    entry = {"trial": key.text, "commit": at, **opened, **reply}
     entry["outcome"] = outcome((true.id, true.stage), reply, exact_twins().get(true.id, ()))
     append(out, entry)
     sets = f"{said(reply.get('first'))} -> {said(reply.get('last'))}"
@@ -154,17 +162,23 @@ def said(sets: list[Any] | None) -> str:
 
 
 def summary(cases: list[dict[str, Any]]) -> str:
-    """Return the counts, the share of undecided sets that shrank to the truth, and every other one."""
+    """Return how the cases ended, the share of undecided sets that shrank to the truth, and every other one.
+
+    Raise ValueError where a truth is not the one that was sealed.
+    """
+    for case in cases:
+        opened_as_sealed(case)
     ends = Counter(case["outcome"] for case in cases)
     shrunk = ends["decided"] + ends["inseparable"]
     open_at_first = shrunk + ends["undecided"] + ends["decided wrongly"]
-    counted = [f"{name} {count}" for name, count in sorted(ends.items())]
     share = f"{shrunk} of {open_at_first}" + (f" ({100.0 * shrunk / open_at_first:.0f} %)" if open_at_first else "")
-    failed = [c for c in cases if c["outcome"] in ("undecided", "decided wrongly", "failure")]
+    failed = [c for c in cases if c["outcome"] in ("undecided", "decided wrongly", "wrong at once", "failure")]
+    commits = ", ".join(f"`{at}`" for at in sorted({case["commit"] for case in cases}))
     return "\n".join([
-        f"cases {len(cases)}: {', '.join(counted)}",
-        f"undecided sets with the truth in them that shrank to it, or to it and what equals it exactly: {share}",
-        *(f"  {c['outcome']}: {c['trial']} {said(c.get('first'))} -> {said(c.get('last'))}" for c in failed),
+        f"{len(cases)} sealed cases at commit {commits}. Of the undecided sets that had the truth in them, those that",
+        f"shrank to it, or to it and what gives exactly the same data (asked: 90 %): **{share}**.", "",
+        "| how it ended | cases |", "|---|---|", *(f"| {name} | {count} |" for name, count in sorted(ends.items())), "",
+        *(f"- {c['outcome']}: `{c['trial']}` {said(c.get('first'))} → {said(c.get('last'))}" for c in failed),
     ])  # fmt: skip
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
-from tests.proof.seal import Sealed
+from tests.proof.seal import opened_as_sealed
 
 TO_THE_NOISE = 1.1
 
@@ -147,8 +147,7 @@ def _holds(ends: list[float | None], value: float) -> bool:
 
 def opened(entry: dict[str, Any]) -> Outcome:
     """Return the outcome of an entry of the study; ValueError when its truth is not the one that was sealed."""
-    if Sealed(entry["truth"], entry["salt"]).seal != entry["seal"]:
-        raise ValueError(f"{entry['trial']}: the truth is not what was sealed before the tool was asked")
+    opened_as_sealed(entry)
     truth, reply = json.loads(entry["truth"]), entry["reply"]
     found = truth["named"] or truth["unheard"]
     concealed = tuple(Truth(f["id"], f["stage"], f["parameters"], z) for f, z in zip(found, truth["z"], strict=True))

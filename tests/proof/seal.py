@@ -7,7 +7,9 @@ after it has answered. The salt keeps a truth with few possibilities from being 
 import hashlib
 import json
 import secrets
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from typing import Any
 
 from tests.proof.trial import Trial
 
@@ -40,3 +42,9 @@ def truth_of(trial: Trial) -> dict[str, object]:
         "named": [asdict(finding) for finding in trial.expected],
         "unheard": [asdict(finding) for finding in trial.unheard],
     }
+
+
+def opened_as_sealed(entry: Mapping[str, Any]) -> None:
+    """Raise ValueError where the truth of an entry of a study is not the one that was sealed."""
+    if Sealed(entry["truth"], entry["salt"]).seal != entry["seal"]:
+        raise ValueError(f"{entry['trial']}: the truth is not what was sealed before the tool was asked")
