@@ -9,25 +9,36 @@ from identify.trace import Array
 
 
 @njit(error_model="numpy", cache=True)
-def _held(keep: float, climb: float, to_w: float, to_q: float, w: float, q: float) -> tuple[float, float]:
-    """Return what a step of holding makes of w and of the charge q that the capacitor's dielectric has absorbed."""
-    w = keep * w + climb
+def _held(hold: Any, middle: float, w: float, q: float) -> tuple[float, float]:
+    """Return what a step of holding makes of w and of the charge q that the capacitor's dielectric has absorbed.
+
+    ``hold`` is (keep, climb, across, to_w, to_q): w becomes keep w + climb + across times the ``middle`` of the gap,
+    then q takes and gives.
+    """
+    w = hold[0] * w + hold[1] + hold[2] * middle
     apart = q - w
-    return w + to_w * apart, q - to_q * apart
+    return w + hold[3] * apart, q - hold[4] * apart
+
+
+@njit(error_model="numpy", cache=True)
+def _middle(lower: Array, upper: Array, j: int) -> float:
+    """Return the middle between two borders, halfway through the step that ends at instant j."""
+    i = max(j - 1, 0)
+    return 0.25 * float(lower[i] + upper[i] + lower[j] + upper[j])
 
 
 @njit(error_model="numpy", cache=True)
 def held_play(lower: Array, upper: Array, hold: Any, state: Any, out: Array) -> Any:
     """Run a play between given borders whose level moves by itself at every step before the borders act.
 
-    ``hold`` is (keep, climb, to_w, to_q) of ``_held``; ``state`` is (w, q), returned as it ends. Where a border takes w
-    along, the absorbed charge follows the middle of the step.
+    ``hold`` as in ``_held``; ``state`` is (w, q), returned as it ends. Where a border takes w along, the absorbed
+    charge follows the middle of the step.
     """
     w, q = state
     for j in range(lower.size):
-        free, q = _held(hold[0], hold[1], hold[2], hold[3], w, q)
+        free, q = _held(hold, _middle(lower, upper, j), w, q)
         w = min(max(free, lower[j]), upper[j])
-        q += 0.5 * hold[3] * (w - free)
+        q += 0.5 * hold[4] * (w - free)
         out[j] = w
     return w, q
 
@@ -43,9 +54,9 @@ def plays_abreast(
     for j in range(lower.size):
         total = 0.0
         for i in range(w.size):
-            free, charge = _held(hold[0], hold[1], hold[2], hold[3], w[i], q[i])
+            free, charge = _held(hold, _middle(lower, upper, j), w[i], q[i])
             level = min(max(free, lower[j] - later_l[i]), upper[j] + later_u[i])
-            w[i], q[i] = level, charge + 0.5 * hold[3] * (level - free)
+            w[i], q[i] = level, charge + 0.5 * hold[4] * (level - free)
             total += level
         out[j] = total / w.size
 
@@ -94,13 +105,13 @@ def noisy_play(lower: Array, upper: Array, sd: Any, shaken: Any, hold: Any, stat
     per_l, per_u, unit_l, unit_u = per_sd / sd[0], per_sd / sd[1], sd[0] / per_sd, sd[1] / per_sd
     slow_l, slow_u = 1.0 / (sd[0] * renewed), 1.0 / (sd[1] * renewed)
     for j in range(lower.size):
-        free, q = _held(hold[0], hold[1], hold[2], hold[3], w, q)
+        free, q = _held(hold, _middle(lower, upper, j), w, q)
         low, high = lower[j], upper[j]
         w = low + _followed(free - low, (low - last_l) * slow_l, per_l, unit_l, gains, rests)
         w = high - _followed(high - w, (last_u - high) * slow_u, per_u, unit_u, gains, rests)
         out[j] = w  # of the time around an instant, half is before it, and half behind
         w = low + _pushed(w - low, per_l, unit_l, gains)
         w = high - _pushed(high - w, per_u, unit_u, gains)
-        q += 0.5 * hold[3] * (w - free)
+        q += 0.5 * hold[4] * (w - free)
         last_l, last_u = low, high
     return w, q, last_l, last_u

@@ -24,10 +24,11 @@ SHAKEN_CONTACTS = (-0.375, -0.125, 0.125, 0.375)  # the same where noise rounds 
 class Law:
     """How a play moves: its borders, how far they are pushed apart by speed, how they shake, and how w is held.
 
-    In a step of holding w becomes keep w + climb; then a charge q that was absorbed takes and gives: w gains ``to_w``
-    times q - w, q loses ``to_q`` times it. ``second`` is the full gap of a second operator in V and its weight. The
-    borders are s x + bend[0] x^2 + bend[1] x^3, x = v - d; contact is made evenly over ``spread_v``; ``bypass`` times v
-    goes past it all.
+    ``ripple`` pushes them apart by so many V at the instants of a block. In a step of holding w becomes keep w +
+    climb + across s v, s the mean slope; then a charge q that was absorbed takes and gives: w gains ``to_w`` times
+    q - w, q loses ``to_q`` times it. ``second`` is the full gap of a second operator in V and its weight. The borders
+    are s x + bend[0] x^2 + bend[1] x^3, x = v - d; contact is made evenly over ``spread_v``; ``bypass`` times v goes
+    past it all.
     """
 
     s_l: float
@@ -38,8 +39,10 @@ class Law:
     noise_v: float = 0.0
     renewed: float = 0.0  # how far the noise is renewed in a step, in the unit of time of its kind
     kind: Kind = "white"
+    ripple: Run | None = None
     keep: float = 1.0
     climb: float = 0.0
+    across: float = 0.0
     to_w: float = 0.0
     to_q: float = 0.0
     second: tuple[float, float] | None = None
@@ -114,7 +117,8 @@ def altered(play: Play, alteration: Alteration) -> AlteredPlay:
 def _operator(law: Law, grid: Grid) -> Run:
     """Return one running operator, from w = 0 with nothing absorbed."""
     widening = _widening(law.late_s, grid)
-    hold = (law.keep, law.climb, law.to_w, law.to_q)
+    past = 0.5 * (law.s_l * law.d_l_v + law.s_u * law.d_u_v)  # from the middle between the borders to s v
+    hold = (law.keep, law.climb + law.across * past, law.across, law.to_w, law.to_q)
     spread = law.spread_v * CONTACTS
     levels, charges = np.zeros(CONTACTS.size), np.zeros(CONTACTS.size)
     noise = shaken(law.kind, law.renewed) if law.noise_v > 0.0 else None
@@ -124,6 +128,7 @@ def _operator(law: Law, grid: Grid) -> Run:
         nonlocal state
         v, out = block.signal, np.empty_like(block.signal)
         apart = widening(v) if law.late_s != 0.0 else 0.0
+        apart = apart + law.ripple(block) if law.ripple is not None else apart
         lower = _border(v - apart - law.d_l_v, law.s_l, law.bend)
         upper = _border(v + apart - law.d_u_v, law.s_u, law.bend)
         if law.spread_v > 0.0:

@@ -1,12 +1,16 @@
 """The mains: lines at 50 or 60 Hz and odd harmonics, or the even ones of a rectifier, phase free of the stimulus."""
 
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 
 from identify import kernels
+from identify.altered_play import Law
 from identify.chain import Chain
 from identify.effects.effect import Confusion, Effect
+from identify.effects.inside_play import InsidePlay
 from identify.mains import Line, mains_lines
 from identify.stage import Block, Grid, Parameter, Place, Run, Shape, Values
 from identify.trace import Array
@@ -26,8 +30,8 @@ PHASE = Parameter("hum.phase", "rad", local=True)
 
 
 @final
-class Hum(Effect):
-    """Mains lines added to v (where the gap rectifies them) or to the reading.
+class Hum(InsidePlay):
+    """Mains lines added to v (where the gap rectifies them) or to the reading, or to the half of the gap.
 
     The waveform is the same in every run; where in its period a run starts is the run's own. Transformers and open
     wires bring odd harmonics; the ripple of a rectified supply, the ``rectified`` form, has even ones alone.
@@ -37,7 +41,7 @@ class Hum(Effect):
     title = "mains hum"
     equation = (
         "s' = s + sum over n = 1, 3, 5 (rectified: 2, 4) of a_n sin(n (2 pi f t + phase) + phase_n), "
-        "phase free in every run"
+        "phase free in every run; at F the same is added to D_L and taken from D_U"
     )
     sentence = (
         "The mains is picked up: {}. Odd harmonics come from transformers and open wires: shield them, use one ground; "
@@ -45,11 +49,14 @@ class Hum(Effect):
     )
     axis = "mains lines"
     fingerprint = "a line whose phase is free of the stimulus; at v the gap rectifies it"
-    places = (Place.SENSE, Place.G1)
+    places = (Place.SENSE, Place.G1, Place.F)
     forms = ("", "rectified")
     declared = (FREQUENCY, *AMPLITUDES, *ANGLES, PHASE)
     absent: ClassVar = {"frequency": 50.0, **{p.name.partition(".")[2]: 0.0 for p in (*AMPLITUDES, *ANGLES, PHASE)}}
-    confused_with = (Confusion("feedthrough", "a stimulus that is no multiple of the mains frequency"),)
+    confused_with = (
+        Confusion("feedthrough", "a stimulus that is no multiple of the mains frequency"),
+        Confusion("process_noise", "the same run at another time of the mains: noise has no phase", here=Place.F),
+    )
     example: ClassVar = {"frequency": 50.02, "amplitude": 0.03, "third": 0.012, "fifth": 0.006}
 
     @property
@@ -62,21 +69,42 @@ class Hum(Effect):
         mine = {f"hum.{name}" for line in self.lines for name in (line.size, line.angle)}
         return tuple(p for p in self.declared if p is FREQUENCY or p.name in mine)
 
+    def applicable(self, chain: Chain) -> bool:
+        """Return whether the mains can be picked up there: at F it needs a gap."""
+        return super().applicable(chain) if self.place == Place.F else Effect.applicable(self, chain)
+
+    def put_in(self, chain: Chain, values: Mapping[str, float]) -> Chain:
+        """Return ``chain`` with the lines added to a signal, or to the borders of its play operator."""
+        return super().put_in(chain, values) if self.place == Place.F else Effect.put_in(self, chain, values)
+
+    def altered(self, law: Law, values: Values, grid: Grid) -> Law:
+        """Return the law whose borders the mains push apart."""
+        before, added = law.ripple, self._waveform(values, grid)
+        return replace(law, ripple=added if before is None else lambda block: before(block) + added(block))
+
     def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
-        """Return the addition at work; time runs from the start of the run, so that phases belong to it."""
+        """Return the addition at work."""
+        if self.place == Place.F:
+            return super().begin(values, grid, shape)
+        added = self._waveform(values, grid)
+        return (lambda block: block.signal + added(block)), shape
+
+    def _waveform(self, values: Values, grid: Grid) -> Run:
+        """Return what makes the lines at the instants of a block; time runs from the start of the run, whose phases
+        they have.
+        """
         count = len(self.lines)
         frequency, sizes, angles, phase = values[0], values[1 : count + 1], (0.0, *values[count + 1 : -1]), values[-1]
         orders = tuple(line.order for line in self.lines)
+        turn = 2.0 * np.pi * frequency * grid.step_s
 
         def run(block: Block) -> Array:
-            if not any(sizes):
-                return block.signal
-            out = block.signal.copy()
-            turn = 2.0 * np.pi * frequency * grid.step_s
-            kernels.waveform(turn * block.first + phase, turn, orders, sizes, angles, out)
+            out = np.zeros(block.signal.size)
+            if any(sizes):
+                kernels.waveform(turn * block.first + phase, turn, orders, sizes, angles, out)
             return out
 
-        return run, shape
+        return run
 
     def upright(self, chain: Chain) -> Chain:
         """Return ``chain`` with no size below zero: a line upside down is one half a turn away.

@@ -15,21 +15,27 @@ if TYPE_CHECKING:
 
 RATE = Parameter("plateau_droop.rate", "1/s", scale=0.1)
 CURRENT = Parameter("plateau_droop.current", "V/s", scale=0.1)
-LAWS = {"leak": (RATE,), "bias": (CURRENT,), "leak and bias": (RATE, CURRENT)}
+LAWS = {"leak": (RATE,), "bias": (CURRENT,), "leak and bias": (RATE, CURRENT), "across": (RATE,)}
 
 
 @final
 class PlateauDroop(InsidePlay):
-    """Leak or bias current of the capacitor that holds w while the play is inside its gap."""
+    """Leak or bias current of the capacitor that holds w while the play is inside its gap.
+
+    A leak to ground pulls w to zero; one ``across`` the blocked diodes pulls it to where v alone would have it.
+    """
 
     id = "plateau_droop"
     title = "droop of the held level"
-    equation = "on plateaus dw/dt = current - rate w"
-    sentence = "The level F holds on a plateau runs by itself: {}. A leak pulls to zero, a bias current to one side."
+    equation = "on plateaus dw/dt = current - rate w; across: dw/dt = rate (S v - w)"
+    sentence = (
+        "The level F holds on a plateau runs by itself: {}. A leak pulls to zero, a bias current to one side, a leak "
+        "across the blocked diodes towards the middle of the gap."
+    )
     axis = "time on a plateau"
     fingerprint = "slope against time, on plateaus only"
     places = (Place.F,)
-    forms = ("leak", "bias", "leak and bias")
+    forms = ("leak", "bias", "leak and bias", "across")
     declared = (RATE, CURRENT)
     absent: ClassVar = {"rate": 0.0, "current": 0.0}
     confused_with = (
@@ -48,7 +54,10 @@ class PlateauDroop(InsidePlay):
         rate, current = given.get(RATE.name, 0.0), given.get(CURRENT.name, 0.0)
         keep = float(np.exp(-rate * grid.step_s))
         held_s = grid.step_s if rate == 0.0 else -float(np.expm1(-rate * grid.step_s)) / rate
-        return replace(law, keep=law.keep * keep, climb=keep * law.climb + current * held_s)
+        across = 1.0 - keep if self.form == "across" else 0.0
+        return replace(
+            law, keep=law.keep * keep, climb=keep * law.climb + current * held_s, across=keep * law.across + across
+        )
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the rate and the current, of either sign, that explain most."""

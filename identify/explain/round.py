@@ -43,8 +43,13 @@ class Round:
 
     @property
     def close(self) -> tuple[Hypothesis, ...]:
-        """Return what was not hopelessly behind the winner."""
-        return tuple(h for h in self.tried if self.lead(h) > HOPELESS)
+        """Return what was not hopelessly behind the winner, its own fuller forms first: on a grid fine enough for them,
+        none of these is behind.
+        """
+        fuller = [] if not self.tried else self.tried[0].effects[-1].fuller()
+        contain = [h for h in self.tried if h.effects[-1] in fuller]
+        others = [h for h in self.tried[1:] if self.lead(h) > HOPELESS and h.effects[-1] not in fuller]
+        return (*self.tried[:1], *contain, *others)
 
     @property
     def undecided(self) -> tuple[Hypothesis, ...]:

@@ -201,7 +201,8 @@ class Bench:
         tried = [finer.fitted(rival.fit.chain, rival.effects) for rival in close]
         base = finer.fitted(this.base.fit.chain, this.base.effects)
         late = finer.overtaking(this, min((h.chi2 for h in tried), default=base.chi2), base)
-        return finer, replace(this, base=base, tried=(*ranked(base, [*tried, *late]), *this.tried[len(tried) :]))
+        behind = [h for h in this.tried if not any(h is rival for rival in close)]
+        return finer, replace(this, base=base, tried=(*ranked(base, [*tried, *late]), *behind))
 
     def overtaking(self, this: "Round", best: float, base: Hypothesis) -> list[Hypothesis]:
         """Fit what was passed over on the samples' grid and on this one comes near ``best`` before it is fitted."""

@@ -25,13 +25,14 @@ from tests.trials import model_of, noisy, observed, recorded
 STAGES = {  # the table of section 2 of physics.md: what may be missing, and where it may sit
     "dac_quantisation": "source", "source_pole": "source", "source_nonlinearity": "source",
     "input_ac_coupling": "source", "input_clipping": "source", "resonance": "G1 G2", "extra_pole": "G1 G2",
-    "process_noise": "G1", "hum": "G1 sense", "backlash": "F", "saturation": "F", "soft_saturation": "F",
+    "process_noise": "G1", "hum": "G1 F sense", "backlash": "F", "saturation": "F", "soft_saturation": "F",
     "diode_clamp": "F", "curved_border": "F", "unequal_slopes": "F", "soft_knee": "F", "plateau_droop": "F",
     "dielectric_absorption": "F", "plateau_tilt": "F", "second_play": "F", "rate_dependent_gap": "F",
     "slew_limit": "F", "dead_time": "G2", "feedthrough": "sense", "offset_drift": "sense", "gain_drift": "sense",
     "ac_coupling": "sense", "coloured_noise": "sense", "adc_clipping": "sense", "adc_quantisation": "sense",
     "adc_nonlinearity": "sense", "rectifying_sensor": "sense", "spikes": "sense", "clock_skew": "sense",
     "missing_samples": "sense",
+    "capacitor_nonlinearity": "G1 G2",  # and what that table has not
 }  # fmt: skip
 UNITS = {"V", "s", "1/s", "V/s", "V/V", "Hz", "rad", "rad/s", "1/V", "1/V^2", "1", "A", "ohm", "ppm"}
 KINDS = sorted(catalogue().values(), key=lambda kind: kind.id)

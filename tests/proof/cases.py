@@ -83,9 +83,18 @@ LIBRARY = (
     ),
     _known("plateau_droop, leak", OP_AMP, 114, ("leak", "plateau_droop", "F", {"rate": 0.097})),
     _known("plateau_droop, bias current", OP_AMP, 115, ("bias current", "plateau_droop", "F", {"current": 0.53})),
+    _known("plateau_droop, leak across", OP_AMP, 160, ("leak across", "plateau_droop", "F", {"rate": 0.13})),
     _known("dead_time", RC, 116, ("dead_time", "dead_time", "G2", {"delay": 173e-6})),
     _known("extra_pole, G1", RC, 117, ("extra_pole in G1", "extra_pole", "G1", {"tau": 0.77e-3})),
     _known("extra_pole, G2", RC, 118, ("extra_pole in G2", "extra_pole", "G2", {"tau": 0.57e-3})),
+    _known(
+        "capacitor_nonlinearity, G1", OP_AMP, 161,
+        ("nonlinear capacitor in G1", "capacitor_nonlinearity", "G1", {"k": 0.0057, "tau": 0.02}),
+    ),
+    _known(
+        "capacitor_nonlinearity, G2", RC, 162,
+        ("nonlinear capacitor in G2", "capacitor_nonlinearity", "G2", {"k": -0.0011, "tau": 0.0021}),
+    ),
     _known("feedthrough", OP_AMP, 119, ("feedthrough", "feedthrough", "sense", {"k": 0.0137})),
     _known(
         "hum, sense", OP_AMP, 120,
@@ -94,6 +103,10 @@ LIBRARY = (
     _known(
         "hum, G1", SKEWED, 121,
         ("hum at G1", "hum", "G1", {"frequency": 49.991, "amplitude": 0.0113, "third": 0.0027, "fifth": 0.0016}),
+    ),
+    _known(
+        "hum, F", OP_AMP, 163,
+        ("hum at F", "hum", "F", {"frequency": 60.011, "amplitude": 0.0213, "third": 0.0047, "fifth": 0.0026}),
     ),
     _known("second_play", OP_AMP, 132, ("second_play", "second_play", "F", {"gap": 3.575, "weight": 0.067})),
     _known("slew_limit", OP_AMP, 133, ("slew_limit", "slew_limit", "F", {"rate": 2310.0})),

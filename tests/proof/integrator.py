@@ -118,6 +118,19 @@ def play(lower, upper, start_v, keep, climb_v):  # type: ignore[no-untyped-def] 
 
 
 @njit(cache=True)
+def leaning_play(lower, upper, target, follow):  # type: ignore[no-untyped-def]  # compiled
+    """Return w of a play from rest that on a plateau runs towards ``target`` by the share ``follow`` a sub-step."""
+    w = np.empty(lower.size)
+    level = 0.0
+    for n in range(lower.size):
+        if n > 0:
+            level += follow * (0.5 * (target[n - 1] + target[n]) - level)
+        level = min(max(level, lower[n]), upper[n])
+        w[n] = level
+    return w
+
+
+@njit(cache=True)
 def absorbing_play(lower, upper, fraction, follow):  # type: ignore[no-untyped-def]  # compiled
     """Return w of a play from rest whose hold capacitor has a dielectric that takes ``follow`` of w - q a sub-step.
 
@@ -146,6 +159,28 @@ def slewing(signal, rate, lag, step_s):  # type: ignore[no-untyped-def]  # compi
         level += step_s * (one + 2.0 * two + 2.0 * three + four) / 6.0
         before = signal[k]
         out[k] = level
+    return out
+
+
+@njit(cache=True)
+def charging(signal, tau, k, step_s):  # type: ignore[no-untyped-def]  # compiled
+    """Answer with C (1 - k v^2) where ``signal`` is with C: tau (1 - k v^2) dv/dt = tau ds/dt + s - v, from rest.
+
+    By steps of Runge and Kutta's, the signal straight between the nodes.
+    """
+    out, level, before = np.empty_like(signal), 0.0, 0.0
+    for n in range(signal.size):
+        slope, middle = (signal[n] - before) / step_s, 0.5 * (before + signal[n])
+        one = (slope + (before - level) / tau) / (1.0 - k * level**2)
+        at = level + 0.5 * step_s * one
+        two = (slope + (middle - at) / tau) / (1.0 - k * at**2)
+        at = level + 0.5 * step_s * two
+        three = (slope + (middle - at) / tau) / (1.0 - k * at**2)
+        at = level + step_s * three
+        four = (slope + (signal[n] - at) / tau) / (1.0 - k * at**2)
+        level += step_s * (one + 2.0 * two + 2.0 * three + four) / 6.0
+        before = signal[n]
+        out[n] = level
     return out
 
 

@@ -9,6 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import exp, log1p
 
+import numpy as np
+
 from tests.proof.detect import Reach, Values
 from tests.proof.rigs import Rig, Rng, between, first_order
 
@@ -145,6 +147,17 @@ def _resonance(at: Callable[[Rig], float]) -> Draw:
     return draw
 
 
+def _capacitor(most: Callable[[Reach], float], poles: Callable[[Rig], tuple[float, ...]]) -> Draw:
+    """Return the draw of a capacitor in the slowest low-pass of a block: up to 30 % off at the highest level."""
+
+    def draw(rng: Rng, reach: Reach) -> Scaled:
+        tau = float(np.max(-1.0 / np.real(np.roots(poles(reach.rig)))))
+        k = 0.3 * sign(rng) / most(reach) ** 2
+        return lambda strength: {"k": k * strength, "tau": tau}
+
+    return draw
+
+
 def _process_noise(rng: Rng, reach: Reach) -> Scaled:
     bandwidth, half = between(rng, 100.0, 4000.0), reach.rig.half_gap_v
     return lambda strength: {"sd": 0.4 * half * strength, "bandwidth": bandwidth}
@@ -257,11 +270,15 @@ LIBRARY: tuple[Kind, ...] = (
     Kind("resonance", "G2", "resonance in G2", _resonance(lambda r: r.g2_den[-1] / r.g2_den[-2])),
     Kind("extra_pole", "G1", "extra_pole in G1", _one("tau", lambda r: 8e-3), prepared=first_order),
     Kind("extra_pole", "G2", "extra_pole in G2", _one("tau", lambda r: 3e-3), prepared=first_order),
+    Kind("capacitor_nonlinearity", "G1", "nonlinear capacitor in G1", _capacitor(lambda r: r.v_v, lambda r: r.g1_den)),
+    Kind("capacitor_nonlinearity", "G2", "nonlinear capacitor in G2", _capacitor(
+        lambda r: max(r.high_w_v, -r.low_w_v), lambda r: r.g2_den)),
     Kind("process_noise", "G1", "process_noise", _process_noise, chance=True),
     Kind("process_noise", "G1", "process_noise, low-passed", _process_noise, chance=True),
     Kind("hum", "G1", "hum at G1", _hum(lambda r: 0.3 * r.rig.half_gap_v)),
     Kind("hum", "sense", "hum at sense", _hum(lambda r: 20.0 * r.rig.noise_v)),
     Kind("hum", "G1", "hum at G1", _rectified(lambda r: 0.3 * r.rig.half_gap_v)),
+    Kind("hum", "F", "hum at F", _hum(lambda r: 0.3 * r.rig.half_gap_v)),
     Kind("hum", "sense", "hum at sense", _rectified(lambda r: 20.0 * r.rig.noise_v)),
     Kind("backlash", "F", "backlash", _gap, prepared=_without_gap),
     *(Kind("saturation", "F", "saturation", _limits(W_LOW, W_HIGH, side)) for side in SIDES),
@@ -275,6 +292,7 @@ LIBRARY: tuple[Kind, ...] = (
     Kind("unequal_slopes", "F", "unequal_slopes", _slopes, prepared=_tied),
     Kind("soft_knee", "F", "soft_knee", _one("width", lambda r: 1.6 * r.rig.half_gap_v)),
     Kind("plateau_droop", "F", "leak", _one("rate", lambda r: 4.0)),
+    Kind("plateau_droop", "F", "leak across", _one("rate", lambda r: 4.0)),
     Kind("plateau_droop", "F", "bias current", _one("current", lambda r: 2.0 * r.high_w_v, signed=True)),
     Kind("dielectric_absorption", "F", "absorption", _absorption),
     Kind("dielectric_absorption", "F", "absorption on plateaus", _absorption),

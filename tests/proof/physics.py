@@ -20,6 +20,8 @@ from tests.proof.integrator import (
     Grid,
     absorbing_play,
     between,
+    charging,
+    leaning_play,
     linear_block,
     play,
     slewed,
@@ -145,6 +147,12 @@ def leak(v: Array, scene: Scene) -> Array:
     return play(*borders(v, scene.rig), 0.0, keep, 0.0)
 
 
+def leak_across(v: Array, scene: Scene) -> Array:
+    """Let the blocked diodes leak: on a plateau dw/dt = rate (s v - w), s the slope of the rising border."""
+    follow = -float(np.expm1(-scene.values["rate"] * scene.grid.step_s))
+    return leaning_play(*borders(v, scene.rig), scene.rig.s_l * v, follow)
+
+
 def bias_current(v: Array, scene: Scene) -> Array:
     """Let a bias current charge the hold capacitor, dw/dt = +current [V/s], wherever no border holds it."""
     return play(*borders(v, scene.rig), 0.0, 1.0, scene.values["current"] * scene.grid.step_s)
@@ -233,6 +241,11 @@ def extra_pole(signal: Array, scene: Scene) -> Array:
     return _lag(signal, scene.values["tau"], scene)
 
 
+def nonlinear_capacitor(signal: Array, scene: Scene) -> Array:
+    """Let the capacitor of the low-pass of ``tau`` before this place be C (1 - k s^2)."""
+    return charging(signal, scene.values["tau"], scene.values["k"], scene.grid.step_s)
+
+
 def process_noise(v: Array, scene: Scene) -> Array:
     """Add noise of ``sd`` [V], white up to ``bandwidth`` [Hz], to v; new in every run."""
     lines = np.fft.rfft(scene.rng_of_run.normal(0.0, 1.0, v.size))
@@ -278,6 +291,13 @@ def hum_at_y(y: Array, scene: Scene) -> Array:
 def hum_at_v(v: Array, scene: Scene) -> Array:
     """Add the line in front of the gap, locked to the clock."""
     return v + _line(scene.grid.start_s + scene.grid.run_s, scene)
+
+
+def hum_of_gap(v: Array, scene: Scene) -> Array:
+    """Let the line push the borders apart and together, locked to the clock."""
+    apart = _line(scene.grid.start_s + scene.grid.run_s, scene)
+    lower, upper = borders(v, scene.rig)
+    return play(lower - scene.rig.s_l * apart, upper + scene.rig.s_u * apart, 0.0, 1.0, 0.0)
 
 
 def _line(clock_s: Array, scene: Scene) -> Array:
@@ -364,13 +384,16 @@ WHERE: dict[str, tuple[Place, Change]] = {
     "source_pole": ("drive", source_pole),
     "input_ac_coupling": ("drive", input_ac_coupling),
     "hum at G1": ("v", hum_at_v),
+    "hum at F": ("play", hum_of_gap),
     "extra_pole in G1": ("v", extra_pole),
+    "nonlinear capacitor in G1": ("v", nonlinear_capacitor),
     "resonance in G1": ("v", resonance),
     "process_noise": ("v", process_noise),
     "process_noise, low-passed": ("v", low_passed_noise),
     "backlash": ("play", backlash),
     "unequal_slopes": ("play", unequal_slopes),
     "leak": ("play", leak),
+    "leak across": ("play", leak_across),
     "bias current": ("play", bias_current),
     "curved_border": ("play", curved_border),
     "soft_knee": ("play", soft_knee),
@@ -389,6 +412,7 @@ WHERE: dict[str, tuple[Place, Change]] = {
     "absorption": ("w", absorption),
     "absorption on plateaus": ("play", absorption_on_plateaus),
     "extra_pole in G2": ("x", extra_pole),
+    "nonlinear capacitor in G2": ("x", nonlinear_capacitor),
     "resonance in G2": ("x", resonance),
     "ac_coupling": ("x", ac_coupling),
     "dead_time": ("late", dead_time),
