@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from identify.blocks import LinearBlock, Play
-from identify.chain import Chain
+from identify.chain import Chain, signals
 from identify.evidence import Evidence
 from identify.observe import Observation
 from identify.stage import Place
@@ -18,7 +18,7 @@ from identify.trace import Array
 from identify.unnamed.correction import UNNAMED, Correction
 from identify.unnamed.linear import Bypass, Filter, Line, SlowFilter
 from identify.unnamed.maps import ClockMap, GainMap, LevelMap, RateMap
-from identify.unnamed.memory import BorderMap, GapOverClock, GapOverRate, Hysteresis, Plateau
+from identify.unnamed.memory import BorderMap, GapOverClock, GapOverRate, GapRipple, Hysteresis, Plateau
 from identify.unnamed.modulation import Ripple, Swiftness, Warming
 
 KNOTS = 10  # of a map of the level where it is one of many: with more, each run has levels of its own
@@ -89,6 +89,8 @@ def sharpened(evidence: Evidence, correction: Correction) -> list[Correction]:
 def _mixed(evidence: Evidence, name: str) -> Iterator[Correction]:
     """Yield what lets one thing change another."""
     yield from (Ripple(place, (ripple_hz(evidence, place),), name) for place in (Place.SOURCE, Place.SENSE))
+    if evidence.chain.stage_of(Play) is not None:
+        yield GapRipple(Place.F, (ripple_hz(evidence, Place.F),), name)
     slowest = slowest_s(evidence)
     lags = tuple(np.geomspace(slowest, 100.0 * slowest, LAGS).tolist())
     yield from (Warming(place, lags, name) for place in (Place.G1, Place.SENSE))
@@ -98,7 +100,8 @@ def _mixed(evidence: Evidence, name: str) -> Iterator[Correction]:
 def ripple_hz(evidence: Evidence, place: Place) -> float:
     """Return the frequency at which the residual follows the signal at a place in most runs, Hz, zero excluded.
 
-    What hangs on the stimulus makes lines, too, but in every run others: the runs are asked together.
+    At F that signal is the branch: a gap that widens puts one border down and the other up. What hangs on the stimulus
+    makes lines, too, but in every run others: the runs are asked together.
     """
     spectra = [_followed(o, evidence, place) for o in evidence.observations]
     lines = max((hz for hz, _ in spectra), key=len)
@@ -109,13 +112,21 @@ def ripple_hz(evidence: Evidence, place: Place) -> float:
 def _followed(observation: Observation, evidence: Evidence, place: Place) -> tuple[Array, Array]:
     """Return frequencies, Hz, and the log of how far the residual times the signal stands out of the median there."""
     residual = np.where(observation.use, observation.residual(evidence.chain), 0.0)
-    signal = (observation.trace.u if place == Place.SOURCE else observation.trace.y)[:]
+    signal = _signal(observation, evidence, place)
     product = residual * (signal - np.mean(signal))
     size = PADDED * product.size
     spectrum = np.abs(np.fft.rfft((product - np.mean(product)) * np.hanning(product.size), size))
     spectrum[: PADDED * PADDED] = 0.0
     height = np.log1p(spectrum / (float(np.median(spectrum)) or 1.0))
     return np.arange(spectrum.size) / (size * evidence.sample_s), height
+
+
+def _signal(observation: Observation, evidence: Evidence, place: Place) -> Array:
+    """Return the signal at the source or at the sense, or the branch that F is on, +-1."""
+    if place == Place.F:
+        w = signals(evidence.chain, observation.trace)[evidence.chain.index(Place.F) - 1]
+        return np.sign(np.diff(w, prepend=w[:1]))
+    return (observation.trace.u if place == Place.SOURCE else observation.trace.y)[:]
 
 
 def level_knots(evidence: Evidence, place: Place, count: int) -> tuple[float, ...]:

@@ -15,7 +15,7 @@ from identify.stage import Place
 from identify.unnamed.correction import UNNAMED, Correction
 from identify.unnamed.linear import Bypass, Filter, Line, SlowFilter
 from identify.unnamed.maps import ClockMap, GainMap, LevelMap, RateMap
-from identify.unnamed.memory import BorderMap, GapOverClock, GapOverRate, Hysteresis, Plateau
+from identify.unnamed.memory import BorderMap, GapOverClock, GapOverRate, GapRipple, Hysteresis, Plateau
 from identify.unnamed.modulation import Ripple, Swiftness, Warming
 
 AT = "at"
@@ -24,7 +24,7 @@ KINDS: dict[str, type[Correction]] = {
     kind.form: kind
     for kind in (
         LevelMap, BorderMap, RateMap, Filter, SlowFilter, Bypass, Hysteresis, Plateau, GapOverRate, GapOverClock,
-        ClockMap, GainMap, Line, Ripple, Warming, Swiftness,
+        GapRipple, ClockMap, GainMap, Line, Ripple, Warming, Swiftness,
     )
 }  # fmt: skip
 
