@@ -7,6 +7,8 @@ from numba import njit
 
 from identify.trace import Array
 
+STILL = (1.0, 0.0, 0.0, 0.0, 0.0)  # the ``hold`` of a level that stays
+
 
 @njit(error_model="numpy", cache=True)
 def _held(hold: Any, middle: float, w: float, q: float) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""How does a low-pass answer whose capacitor changes with the voltage on it?"""
+"""How does a low-pass answer whose capacitor changes with the voltage on it: C (1 - k1 s - k2 s^2)?"""
 
 import numpy as np
 from numba import njit
@@ -11,22 +11,41 @@ TURNS = 30
 
 
 @njit(error_model="numpy", cache=True)
-def _lost(k: float, widest: float, level: float) -> tuple[float, float]:
-    """Return the charge over C, V, by which C (1 - k s^2) holds less than C at a level, and its slope."""
-    inside = min(max(level, -widest), widest)
-    slope = k * inside * inside
-    return slope * (inside / 3.0 + level - inside), slope
+def _ends(k1: float, k2: float) -> tuple[float, float]:
+    """Return the levels, V, on either side of zero up to which the law holds: there it has taken all of C but LEAST."""
+    low, high = -np.inf, np.inf
+    if k2 == 0.0:
+        end = (1.0 - LEAST) / k1 if k1 != 0.0 else np.inf
+        return (end, high) if end < 0.0 else (low, end)
+    square = k1 * k1 + 4.0 * k2 * (1.0 - LEAST)
+    if square >= 0.0:
+        for sign in (-1.0, 1.0):
+            end = (-k1 + sign * np.sqrt(square)) / (2.0 * k2)
+            low, high = (max(low, end), high) if end < 0.0 else (low, min(high, end))
+    return low, high
 
 
 @njit(error_model="numpy", cache=True)
-def charged(k: float, tau: float, state: tuple[float, float], signal: Array, out: Array) -> tuple[float, float]:
-    """Answer as a low-pass of ``tau`` steps does whose capacitor is C (1 - k s^2), given what it would with C alone.
+def _lost(law: tuple[float, float, float, float], level: float) -> tuple[float, float]:
+    """Return the charge over C, V, by which the capacitor holds less than C would at a level, and its slope."""
+    k1, k2, low, high = law
+    inside = min(max(level, low), high)
+    slope = inside * (k1 + inside * k2)
+    return inside * inside * (0.5 * k1 + inside * k2 / 3.0) + slope * (level - inside), slope
+
+
+@njit(error_model="numpy", cache=True)
+def charged(
+    k1: float, k2: float, tau: float, state: tuple[float, float], signal: Array, out: Array
+) -> tuple[float, float]:
+    """Answer as a low-pass of ``tau`` steps does with this capacitor, given what it would answer with C alone.
 
     With c(s) the charge that is missing, in V: s = signal + c(s) - g and tau dg/dt = c(s) - g, exactly; c is straight
     within a step. ``state`` is (g, c) before the first instant, returned as it ends.
     """
     lag, before = state
-    widest = np.sqrt((1.0 - LEAST) / k) if k > 0.0 else np.inf
+    low, high = _ends(k1, k2)
+    law = (k1, k2, low, high)
     kept = np.exp(-1.0 / tau)
     mean = -tau * np.expm1(-1.0 / tau)  # of the lag's answer over a step
     early, late = mean - kept, 1.0 - mean
@@ -36,12 +55,12 @@ def charged(k: float, tau: float, state: tuple[float, float], signal: Array, out
         right = signal[j] - from_before
         level = right if j == 0 else level + signal[j] - signal[j - 1]
         for _ in range(TURNS):
-            missing, slope = _lost(k, widest, level)
+            missing, slope = _lost(law, level)
             step = (level - (1.0 - late) * missing - right) / (1.0 - (1.0 - late) * slope)
             level -= step
             if abs(step) <= CLOSE * max(abs(level), 1.0):
                 break
-        before = _lost(k, widest, level)[0]
+        before = _lost(law, level)[0]
         lag = from_before + late * before
         out[j] = level
     return lag, before

@@ -67,7 +67,7 @@ class Backlash(Effect):
         def run(block: Block) -> Array:
             nonlocal state
             line, out = slope * block.signal, np.empty_like(block.signal)
-            state = altered_kernels.held_play(line - ends[1], line - ends[0], (1.0, 0.0, 0.0, 0.0), state, out)
+            state = altered_kernels.held_play(line - ends[1], line - ends[0], altered_kernels.STILL, state, out)
             return out
 
         return run, shape

@@ -1,8 +1,8 @@
 """A capacitor that remembers where it stood: creep after every step."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar, final
+from typing import TYPE_CHECKING, ClassVar, Self, final
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from identify.stage import Grid, Held, Parameter, Place, Run, Shape, Values, mem
 if TYPE_CHECKING:
     from identify.evidence import Evidence
 
-FRACTION = Parameter("dielectric_absorption.fraction", "V/V", scale=0.03)
+FRACTION = Parameter("dielectric_absorption.fraction", "V/V", scale=0.03, least=0.0, most=1.0)
 TAU = Parameter("dielectric_absorption.tau", "s", "log")
 TAUS = (50.0, 500.0, 5e3, 5e4)  # samples
 SMALL = 0.01  # fraction at which the change is looked at
@@ -25,7 +25,7 @@ SMALL = 0.01  # fraction at which the change is looked at
 
 @final
 class DielectricAbsorption(InsidePlay):
-    """A share of w that arrives late: everywhere behind F, or only where the hold capacitor is left to itself.
+    """A share that arrives late: everywhere behind F or G1, or only where the hold capacitor is left to itself.
 
     A hold capacitor C with C_a = fraction C behind a resistance, tau = R C_a, creeps on plateaus only: on a border the
     amplifier supplies what the dielectric takes.
@@ -34,16 +34,16 @@ class DielectricAbsorption(InsidePlay):
     id = "dielectric_absorption"
     title = "dielectric absorption"
     equation = (
-        "every step: w' = (1 - fraction) w + fraction w / (1 + s tau); on plateaus: dw/dt = -fraction dq/dt, "
+        "every step: w' (or v') = (1 - fraction) w + fraction w / (1 + s tau); on plateaus: dw/dt = -fraction dq/dt, "
         "dq/dt = (w - q) / tau everywhere"
     )
     sentence = (
-        "A capacitor in F creeps after every step, as its dielectric takes and gives back charge: {}. Use a "
+        "A capacitor creeps after every step, as its dielectric takes and gives back charge: {}. Use a "
         "polypropylene or C0G capacitor, or wait longer after each step."
     )
     axis = "time on a plateau"
     fingerprint = "creep after every step"
-    places = (Place.F,)
+    places = (Place.F, Place.G1)
     forms = ("every step", "on plateaus")
     declared = (FRACTION, TAU)
     absent: ClassVar = {"fraction": 0.0, "tau": 1.0}
@@ -55,8 +55,13 @@ class DielectricAbsorption(InsidePlay):
     )
     example: ClassVar = {"fraction": 0.06, "tau": 0.04}
 
+    @classmethod
+    def variants(cls) -> Iterator[Self]:
+        """Yield both forms at F, and the one that needs no gap at G1."""
+        yield from (effect for effect in super().variants() if effect.place == Place.F or effect.form == "every step")
+
     def applicable(self, chain: Chain) -> bool:
-        """Return whether F can creep: the form that acts on plateaus needs a gap."""
+        """Return whether it can creep there: the form that acts on plateaus needs a gap."""
         return super().applicable(chain) if self.form == "on plateaus" else Effect.applicable(self, chain)
 
     def put_in(self, chain: Chain, values: Mapping[str, float]) -> Chain:

@@ -115,6 +115,13 @@ class Effect(Stage):
         """
         return chain
 
+    def plainer(self, chain: Chain) -> "tuple[Effect, dict[str, float]] | None":
+        """Return another law with fewer numbers, and its values by full name, that this one hardly differs from there.
+
+        None where the values of ``chain`` are not near such a limit.
+        """
+        return None
+
     def doubled(self, chain: Chain) -> Chain:
         """Return ``chain`` with this effect's lags twice as long (its corners half as high); itself if it has none."""
         factors = {0.0: 2.0, float("inf"): 0.5}

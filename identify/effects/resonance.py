@@ -12,7 +12,8 @@ if TYPE_CHECKING:
     from identify.evidence import Evidence
 
 W_N = Parameter("resonance.w_n", "rad/s", "log")
-ZETA = Parameter("resonance.zeta", "1", scale=0.3, least=0.0, most=1.0)  # above 1 it is two lags and rings no more
+ZETA = Parameter("resonance.zeta", "1", scale=0.3, least=0.01, most=1.0)
+"""Above 1 it is two lags and rings no more; below 0.01, a Q of 50, it would be a line that no circuit here rings on."""
 DAMPINGS = (0.1, 0.4, 1.0)
 FREQUENCIES, TOP, SPREAD = 6, 0.3, 1000.0  # tried from a share of the sample rate down to a thousandth of that
 CLOSER = (0.6, 1.6)  # times the best of those

@@ -5,8 +5,10 @@ from typing import TYPE_CHECKING, ClassVar, final
 
 from identify.altered_play import Law
 from identify.blocks import Play
-from identify.effects.effect import Confusion
+from identify.chain import Chain
+from identify.effects.effect import Confusion, Effect
 from identify.effects.inside_play import InsidePlay
+from identify.effects.plateau_tilt import PlateauTilt
 from identify.stage import Grid, Parameter, Place, Values
 
 if TYPE_CHECKING:
@@ -15,6 +17,7 @@ if TYPE_CHECKING:
 GAP = Parameter("second_play.gap", "V", "log")
 WEIGHT = Parameter("second_play.weight", "V/V", scale=0.1)
 TIMES = (0.3, 0.65, 1.3, 1.8)  # the first gap
+HARDLY = 0.1  # of the first gap: a second one below this is looked at without
 SMALL = 0.03  # weight at which the change is looked at
 
 
@@ -44,6 +47,13 @@ class SecondPlay(InsidePlay):
     def altered(self, law: Law, values: Values, grid: Grid) -> Law:
         """Return the law with a second operator beside the first."""
         return replace(law, second=(values[0], values[1]))
+
+    def plainer(self, chain: Chain) -> tuple[Effect, dict[str, float]] | None:
+        """Return the share of v that passes by, where the second gap is hardly one."""
+        s_l, d_l, s_u, d_u = (chain.values[f"F.{name}"] for name in ("S_L", "D_L", "S_U", "D_U"))
+        if chain.values[GAP.name] > HARDLY * abs(d_l - d_u):
+            return None
+        return PlateauTilt(Place.F), {PlateauTilt.declared[0].name: 0.5 * (s_l + s_u) * chain.values[WEIGHT.name]}
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the gap, tried below and above the first, that explains most with the weight that suits it."""

@@ -19,13 +19,28 @@ FULLER = 500.0  # of chi-squared: by as much one more value of a law may bring i
 
 
 def exchanged(bench: "Bench", hypothesis: Hypothesis, rounds: Sequence[Round]) -> Hypothesis:
-    """Exchange single effects for what could not be excluded when they were chosen, where that pays."""
+    """Exchange single effects for what could not be excluded when they were chosen, where that pays.
+
+    Then each for a law of fewer numbers, where its own have come to where the two hardly differ.
+    """
     for number, effect in enumerate(hypothesis.effects[:-1]):
         rest = {e.id for e in hypothesis.effects if e is not effect}
         rivals = [r for r in rounds[number].undecided if r.effects[-1].id not in rest][:EXCHANGED]
         options = [swapped(bench, hypothesis, effect, r) for r in rivals if r.effects[-1] != effect]
         hypothesis = max([hypothesis, *options], key=lambda h: h.advantage(hypothesis))
+    for effect in hypothesis.effects:
+        hypothesis = plainer(bench, hypothesis, effect)
     return hypothesis
+
+
+def plainer(bench: "Bench", hypothesis: Hypothesis, effect: Effect) -> Hypothesis:
+    """Put the law with fewer numbers that an effect has become in its place, where that pays."""
+    law, values = effect.plainer(hypothesis.fit.chain) or (effect, {})
+    if law.id in hypothesis.names:
+        return hypothesis
+    effects = tuple(law if e is effect else e for e in hypothesis.effects)
+    found = bench.fitted(bench.with_effects(effects, {**hypothesis.fit.chain.values, **values}), effects)
+    return found if found.advantage(hypothesis) > 0.0 else hypothesis
 
 
 def swapped(bench: "Bench", hypothesis: Hypothesis, effect: Effect, rival: Hypothesis) -> Hypothesis:

@@ -1,8 +1,8 @@
 """What else could it be, and how likely is that?
 
 Fitted hypotheses are weighed by their odds on the same data (Schwarz's criterion, a parameter at the price of the
-logarithm of what the mismatch tells). Beside them stands what no catalogue names: a piece of physics whose likeness in
-the catalogue is the better, the less of it the name leaves.
+logarithm of what the mismatch tells). Beside them stand what no catalogue names, a piece of physics whose likeness in
+the catalogue is the better, the less of it the name leaves, and nothing at all.
 """
 
 from collections.abc import Sequence
@@ -41,7 +41,7 @@ def odds(
         known = {kind.id for kind in bench.kinds}
         weights |= {(c.id, effect.place): 1.0 for c in effect.confused_with if c.exact and c.id not in known}
     weights.pop(own, None)
-    total = 1.0 + sum(weights.values()) + unheard(beyond, told)
+    total = 1.0 + sum(weights.values()) + unheard(beyond, told) + _nothing(bench, final, effect, told)
     likely = _of_every_name(own, sorted(weights.items(), key=lambda item: -item[1]))
     named = [Alternative(i, place.label, w / total) for (i, place), w in likely if w / total > MENTIONED]
     return 1.0 / total, tuple(named)
@@ -87,6 +87,12 @@ def _rivals(bench: Bench, final: Hypothesis, effect: Effect, rounds: list[Round]
     if len(final.effects) == 1:
         return [(h.effects[-1], h) for h in near]
     return [(h.effects[-1], swapped(bench, final, effect, h)) for h in near]
+
+
+def _nothing(bench: Bench, final: Hypothesis, effect: Effect, told: float) -> float:
+    """Return the odds, against an effect, that it is not there: that chance made what it explains."""
+    without = bench.without(final, effect)
+    return exp(min(bench.surprise + 0.5 * without.advantage(final, told), 0.0))
 
 
 def _information(effect: Effect, rounds: list[Round]) -> float:

@@ -14,6 +14,7 @@ HOPEFUL = 0.03  # share of the best promise at its start below which a candidate
 DOUBTFUL = 0.05  # probability of a start's gain by chance above which nothing speaks for an effect
 FITTED_A_ROUND = 8
 NEXT = 2e-4  # share of what is explained already that one more effect must explain: a rig file is not exact either
+WHOLE = 0.9  # share of what is left, from which an effect counts however little that is
 UNFORESEEN = 3  # fits a round of what first order does not foresee
 PROMISING = 0.2  # share of the best promise below which a candidate is not fitted
 NEARLY = 0.9  # share of the best promise that the samples' own grid, on which promises are made, may mistake
@@ -130,5 +131,9 @@ def promising(promises: Sequence[Promise], tried: int, runs: int) -> list[Promis
 
 
 def counts(start: Hypothesis, base: Hypothesis, best: Hypothesis) -> bool:
-    """Return whether a further effect explains more than what the right law of a large one leaves, taken roughly."""
-    return base is start or base.chi2 - best.chi2 > NEXT * (start.chi2 - base.chi2)
+    """Return whether a further effect explains more than what the right law of a large one leaves, taken roughly.
+
+    Or all but little of what is left: that no law does which stands in for the flaws of another.
+    """
+    large = base.chi2 - best.chi2 > NEXT * (start.chi2 - base.chi2)
+    return base is start or large or best.share(base) > WHOLE

@@ -6,7 +6,7 @@ the most promising ones jointly with the plain parameters, and takes the best if
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import isfinite
+from math import isfinite, log
 
 import numpy as np
 from scipy.linalg import LinAlgError
@@ -53,6 +53,11 @@ class Bench:
     kinds: tuple[type[Effect], ...]
     known: dict[tuple[Effect, ...], Hypothesis] = field(default_factory=dict)
     noise_known: float = NOISE_KNOWN
+
+    @property
+    def surprise(self) -> float:
+        """Return the log of the odds, before any data, against one law being there: any of the catalogue might be."""
+        return log(max(len(self.kinds), 1))
 
     def fitted(self, chain: Chain, effects: Sequence[Effect], iterations: int = ITERATIONS) -> Hypothesis:
         """Fit a chain from its own values, with the priors of the plain parameters at the rig file's.
@@ -226,11 +231,11 @@ class Bench:
         return found
 
     def pruned(self, hypothesis: Hypothesis) -> Hypothesis:
-        """Drop effects that no longer pay for themselves beside the others, the weakest first."""
+        """Drop effects that no longer pay for themselves and for all laws tried, the weakest first."""
         while len(hypothesis.effects) > 1:
             without = [self.without(hypothesis, effect) for effect in hypothesis.effects]
             best = max(without, key=lambda h: h.advantage(hypothesis))
-            if best.advantage(hypothesis) < 0.0:
+            if best.advantage(hypothesis) < -2.0 * self.surprise:
                 break
             hypothesis = best
         return self.simplified(hypothesis)

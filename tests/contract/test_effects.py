@@ -27,7 +27,7 @@ STAGES = {  # the table of section 2 of physics.md: what may be missing, and whe
     "input_ac_coupling": "source", "input_clipping": "source", "resonance": "G1 G2", "extra_pole": "G1 G2",
     "process_noise": "G1", "hum": "G1 F sense", "backlash": "F", "saturation": "F", "soft_saturation": "F",
     "diode_clamp": "F", "curved_border": "F", "unequal_slopes": "F", "soft_knee": "F", "plateau_droop": "F",
-    "dielectric_absorption": "F", "plateau_tilt": "F", "second_play": "F", "rate_dependent_gap": "F",
+    "dielectric_absorption": "F G1", "plateau_tilt": "F", "second_play": "F", "rate_dependent_gap": "F",
     "slew_limit": "F", "dead_time": "G2", "feedthrough": "sense", "offset_drift": "sense", "gain_drift": "sense",
     "ac_coupling": "sense", "coloured_noise": "sense", "adc_clipping": "sense", "adc_quantisation": "sense",
     "adc_nonlinearity": "sense", "rectifying_sensor": "sense", "spikes": "sense", "clock_skew": "sense",

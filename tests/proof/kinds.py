@@ -152,8 +152,8 @@ def _capacitor(most: Callable[[Reach], float], poles: Callable[[Rig], tuple[floa
 
     def draw(rng: Rng, reach: Reach) -> Scaled:
         tau = float(np.max(-1.0 / np.real(np.roots(poles(reach.rig)))))
-        k = 0.3 * sign(rng) / most(reach) ** 2
-        return lambda strength: {"k": k * strength, "tau": tau}
+        k2 = 0.3 * sign(rng) / most(reach) ** 2
+        return lambda strength: {"k2": k2 * strength, "tau": tau}
 
     return draw
 

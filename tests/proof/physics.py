@@ -242,8 +242,8 @@ def extra_pole(signal: Array, scene: Scene) -> Array:
 
 
 def nonlinear_capacitor(signal: Array, scene: Scene) -> Array:
-    """Let the capacitor of the low-pass of ``tau`` before this place be C (1 - k s^2)."""
-    return charging(signal, scene.values["tau"], scene.values["k"], scene.grid.step_s)
+    """Let the capacitor of the low-pass of ``tau`` before this place be C (1 - k2 s^2)."""
+    return charging(signal, scene.values["tau"], scene.values["k2"], scene.grid.step_s)
 
 
 def process_noise(v: Array, scene: Scene) -> Array:

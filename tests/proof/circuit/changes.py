@@ -92,8 +92,8 @@ def _hum(volt: float, hertz: float, farad: float) -> float:
     return volt * w * farad * 20e3 / sqrt(1.0 + (w * 20e3 * (1e-6 + farad)) ** 2)
 
 
-OWN_CURRENT = -GAIN * 30e-12 / HOLD_F
-"""V/s: what the bias current of X7, a TL081, does in every one of these circuits, where the data tell it."""
+OWN = {"plateau_droop": {"current": -GAIN * 30e-12 / HOLD_F}, "saturation": {"upper": 10.0, "lower": -10.0}}
+"""What every one of these circuits has, where the data tell it: the bias current of X7, a TL081, and rails."""
 NOTHING = Change("nothing", "the circuit as it is", "", "", "S = 80k / 10k, D = +-1.25 V, and a droop of -2.4 mV/s",
                  {"F.S_L": 8.0, "F.D_L": 1.25, "F.S_U": 8.0, "F.D_U": -1.25})
 

@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from tests.proof.circuit.changes import NO_NAME, OWN_CURRENT, Change, Circuit
+from tests.proof.circuit.changes import NO_NAME, OWN, Change, Circuit
 
 Answer = Mapping[str, Any]
 Outcome = Literal["found", "missed", "wrong"]
@@ -57,10 +57,11 @@ def judged(circuit: Circuit, answer: Answer) -> Verdict:
 
 
 def _true(circuit: Circuit, effect: Answer) -> bool:
-    """Return whether a name is that of what a change brings, of the droop each of the circuits has, or none."""
+    """Return whether a name is that of what a change brings, of what each of the circuits has, or none."""
     if effect["id"] == NO_NAME or any(effect["id"] in (c.effect, *c.also) for c in circuit.changes):
         return True
-    return effect["id"] == "plateau_droop" and _value("current", OWN_CURRENT, effect["parameters"].get("current")).right
+    told, own = effect["parameters"], OWN.get(effect["id"], {})
+    return any(_value(name, by_hand, told.get(name)).right for name, by_hand in own.items())
 
 
 def _flaws(circuit: Circuit, answer: Answer, values: tuple[Value, ...], before: float, after: float) -> list[str]:

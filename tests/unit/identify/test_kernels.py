@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identify import altered_kernels, kernels
+from identify import altered_kernels, charging, kernels
 from identify.following import slewed
 
 QUICK = settings(deadline=None, max_examples=60)
@@ -100,26 +100,64 @@ def held(borders, v, hold):
 @QUICK
 @given(BORDERS, SIGNALS, st.floats(0.5, 1.0), st.floats(-0.3, 0.3))
 def test_a_held_level_moves_before_the_borders_act(borders, v, keep, lose):
-    out, state = held(borders, v, (keep, -lose, 0.0, 0.0))
+    out, state = held(borders, v, (keep, -lose, 0.0, 0.0, 0.0))
     assert np.array_equal(out, play_by_hand(borders, v, 0.0, keep, lose))
     assert state[0] == out[-1]
 
 
 def test_a_level_that_is_held_well_is_that_of_play():
     v, borders = 4.0 * np.sin(np.linspace(0.0, 30.0, 500)), (8.0, 1.25, 7.0, -1.0)
-    assert np.array_equal(held(borders, v, (1.0, 0.0, 0.0, 0.0))[0], play(borders, v))
+    assert np.array_equal(held(borders, v, altered_kernels.STILL)[0], play(borders, v))
 
 
 def test_a_dielectric_shares_the_charge_that_is_held_and_keeps_none_back():
     """With C_a = C/4 behind R, w falls from 6 to 6 / (1 + 1/4), the time constant being R C_a C / (C + C_a)."""
     v, fraction, step = np.r_[2.0, np.full(400, 1.0)], 0.25, 0.02
     moved = -np.expm1(-(1.0 + fraction) * step) / (1.0 + fraction)
-    w, (last, absorbed) = held((6.0, 1.0, 6.0, -1.0), v, (1.0, 0.0, fraction * moved, moved))
+    w, (last, absorbed) = held((6.0, 1.0, 6.0, -1.0), v, (1.0, 0.0, 0.0, fraction * moved, moved))
     q = 0.5 * moved * 6.0  # taken while the border came to 6 V, half a step
     settled = (6.0 + fraction * q) / (1.0 + fraction)
     expected = settled + (6.0 - settled) * np.exp(-(1.0 + fraction) * step * np.arange(401))
     assert np.allclose(w, expected, rtol=0, atol=1e-12)
     assert last == pytest.approx(absorbed, abs=1e-3)
+
+
+def test_a_level_that_leaks_across_the_gap_runs_to_its_middle_and_follows_it():
+    """dw/dt = r (s v - w) between the borders, v running at a constant speed: w ends s speed / r behind s v."""
+    r, speed, v = 0.05, 0.002, 0.5 + 0.002 * np.arange(600)
+    w, _ = held((6.0, 3.0, 6.0, -3.0), v, (np.exp(-r), 0.0, -np.expm1(-r), 0.0, 0.0))
+    j = np.arange(600)
+    start = w[0] - 6.0 * v[0]
+    behind = 6.0 * speed / r
+    assert np.allclose(w, 6.0 * v - behind + (start + behind) * np.exp(-r * j), rtol=0, atol=2e-3 * behind)
+
+
+def low_pass(tau, law, signal):
+    """Return what a low-pass with a capacitor of ``law`` C makes of u, when with C alone it makes ``signal`` of it."""
+    dt, v, out = 1e-4, 0.0, [0.0]
+    slopes = np.diff(signal)
+    for j, slope in enumerate(slopes):
+        for k in range(round(1.0 / dt)):
+            x = signal[j] + slope * (k + 0.5) * dt
+            v += dt * (tau * slope + x - v) / (tau * law(v))
+        out.append(v)
+    return np.array(out)
+
+
+@pytest.mark.parametrize(("k1", "k2"), [(0.0, 0.05), (0.0, -0.2), (0.12, 0.0), (-0.1, 0.04)])
+def test_a_capacitor_that_depends_on_its_voltage_is_the_differential_equation_of_its_charge(k1, k2):
+    signal, out, tau = 2.0 * np.sin(np.linspace(0.0, 9.0, 40)), np.empty(40), 3.0
+    charging.charged(k1, k2, tau, (0.0, 0.0), signal, out)
+    exact = low_pass(tau, lambda v: 1.0 - v * (k1 + v * k2), signal)
+    assert np.max(np.abs(exact - signal)) > 0.05
+    assert np.allclose(out, exact, rtol=0, atol=4e-3)  # c is straight within a step, the signal's curve is not
+
+
+def test_a_capacitor_that_would_vanish_keeps_a_tenth_and_its_charge_goes_on_evenly():
+    signal, out = np.linspace(0.0, 40.0, 200), np.empty(200)
+    charging.charged(0.1, 0.3, 5.0, (0.0, 0.0), signal, out)
+    assert np.all(np.diff(out) > 0.0)
+    assert np.all(np.isfinite(out))
 
 
 @QUICK

@@ -11,7 +11,7 @@ from tests.proof.stimuli import RATE_HZ
 
 def mean_level(v: np.ndarray, sd_v: float, renewed: float, kind: Kind) -> np.ndarray:
     """Return the mean of w as the product has it, for borders of slope 1."""
-    out, hold, state = np.empty(v.size), (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, np.nan, np.nan)
+    out, hold, state = np.empty(v.size), altered_kernels.STILL, (0.0, 0.0, np.nan, np.nan)
     lower, upper = v - HALF_GAP_V, v + HALF_GAP_V
     altered_kernels.noisy_play(lower, upper, (sd_v, sd_v), shaken(kind, renewed), hold, state, out)
     return out
@@ -52,7 +52,7 @@ def test_the_mean_is_that_of_many_benches(kind, v, bandwidth_hz):
 
 def test_without_noise_to_speak_of_it_is_the_play():
     v, ideal = waves(), np.empty(waves().size)
-    altered_kernels.held_play(v - HALF_GAP_V, v + HALF_GAP_V, (1.0, 0.0, 0.0, 0.0), (0.0, 0.0), ideal)
+    altered_kernels.held_play(v - HALF_GAP_V, v + HALF_GAP_V, altered_kernels.STILL, (0.0, 0.0), ideal)
     assert np.allclose(mean_level(v, 1e-9, 0.2, "low-pass"), ideal, rtol=0, atol=1e-8)
 
 
