@@ -89,11 +89,11 @@ LIBRARY = (
     _known("extra_pole, G2", RC, 118, ("extra_pole in G2", "extra_pole", "G2", {"tau": 0.57e-3})),
     _known(
         "capacitor_nonlinearity, G1", OP_AMP, 161,
-        ("nonlinear capacitor in G1", "capacitor_nonlinearity", "G1", {"k2": 0.0057, "tau": 0.02}),
+        ("nonlinear capacitor in G1", "capacitor_nonlinearity", "G1", {"k2": 0.0057, "tau": 0.0193}),
     ),
     _known(
         "capacitor_nonlinearity, G2", RC, 162,
-        ("nonlinear capacitor in G2", "capacitor_nonlinearity", "G2", {"k2": -0.0011, "tau": 0.0021}),
+        ("nonlinear capacitor in G2", "capacitor_nonlinearity", "G2", {"k2": -0.0011, "tau": 0.00213}),
     ),
     _known("feedthrough", OP_AMP, 119, ("feedthrough", "feedthrough", "sense", {"k": 0.0137})),
     _known(

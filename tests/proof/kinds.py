@@ -294,6 +294,7 @@ LIBRARY: tuple[Kind, ...] = (
     Kind("plateau_droop", "F", "leak", _one("rate", lambda r: 4.0)),
     Kind("plateau_droop", "F", "leak across", _one("rate", lambda r: 4.0)),
     Kind("plateau_droop", "F", "bias current", _one("current", lambda r: 2.0 * r.high_w_v, signed=True)),
+    Kind("dielectric_absorption", "G1", "absorption in G1", _absorption),
     Kind("dielectric_absorption", "F", "absorption", _absorption),
     Kind("dielectric_absorption", "F", "absorption on plateaus", _absorption),
     Kind("plateau_tilt", "F", "plateau_tilt", _one("k", lambda r: 0.1 * r.rig.s_l, signed=True)),

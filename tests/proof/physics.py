@@ -387,6 +387,7 @@ WHERE: dict[str, tuple[Place, Change]] = {
     "hum at F": ("play", hum_of_gap),
     "extra_pole in G1": ("v", extra_pole),
     "nonlinear capacitor in G1": ("v", nonlinear_capacitor),
+    "absorption in G1": ("v", absorption),
     "resonance in G1": ("v", resonance),
     "process_noise": ("v", process_noise),
     "process_noise, low-passed": ("v", low_passed_noise),

@@ -16,6 +16,7 @@ GAIN, HOLD_F, FEEDBACK_OHM = 8.0, 100e-9, 80e3
 TO_ADC = ("X10 z y vcc vee y TL081N", "X10 z y0 vcc vee y0 TL081N")  # room for something between the buffer and the ADC
 FROM_SOURCE = ("R1 u a 20k", "R1 u1 a 20k")  # and between the source and the first resistor
 HOLD, GAIN_STAGE = "C3 hc 0 100n", "X8 0 k vpp vnn o TL081N"  # lines that calculations by hand rely on
+FIRST, REFERENCE = "C1 a 0 1u", "V5 ref 0 1.25"
 
 
 @dataclass(frozen=True)
@@ -169,12 +170,37 @@ CHANGES = (
         ("V91 v4 0 4.5", "V92 v5 0 -4.5", "X91 u u1 v4 v5 u1 TL081N"),
     ),
     Change(
+        "resistor across the diodes of the play", "100 Mohm from v to C3 = 100 nF", "plateau_droop", "F",
+        "rate = 1 / (100 Mohm x 100 nF), towards 8 v", {"rate": 1.0 / (100e6 * HOLD_F)},
+        added=("R91 v hc 100meg",), given=(HOLD,),
+    ),
+    Change(
+        "ripple of the reference", "V5: 1.25 V with 50 mV of 100 Hz on it", "hum", "F",
+        "D_L and D_U apart by 50 mV of twice 50 Hz", {"second": 0.05, "frequency": 50.0},
+        ((REFERENCE, "V5 ref 0 SIN(1.25 0.05 100)"),),
+    ),
+    Change(
+        "ceramic capacitor in the first filter", "C1: 1 uF, with a charge of C (V - 0.004 V^3)",
+        "capacitor_nonlinearity", "G1", "C dQ/dV = C (1 - 3 x 0.004 V^2) behind 20 kohm", {"k2": 0.012, "tau": 0.02},
+        ((FIRST, "C1 a 0 Q='1u*V(a)*(1-0.004*V(a)*V(a))'"),),
+    ),
+    Change(
+        "junction as capacitor in the first filter", "C1: 1 uF, with a charge of C (V - 0.01 V^2)",
+        "capacitor_nonlinearity", "G1", "C dQ/dV = C (1 - 2 x 0.01 V) behind 20 kohm", {"k1": 0.02, "tau": 0.02},
+        ((FIRST, "C1 a 0 Q='1u*V(a)*(1-0.01*V(a))'"),),
+    ),
+    Change(
+        "first capacitor that absorbs", "47 nF behind 1 Mohm across C1", "dielectric_absorption", "G1",
+        "fraction = 20 kohm / 1 Mohm, tau = 1 Mohm x 47 nF", {"fraction": 0.02, "tau": 0.047},
+        added=("C91 a da1 47n", "R91 da1 0 1meg"), given=(FIRST,),
+    ),
+    Change(
         "wrong resistor in the gain stage", "R15: 80 -> 75 kohm", "", "", "S = 75 kohm / 10 kohm",
         {"F.S_L": 7.5, "F.S_U": 7.5, "F.D_L": 1.25, "F.D_U": -1.25}, (("R15 k o 80k", "R15 k o 75k"),),
     ),
     Change(
         "wrong capacitor in the first filter", "C1: 1 -> 1.5 uF", "", "", "tau = 20 kohm x 1.5 uF",
-        {"G1.tau": 0.03}, (("C1 a 0 1u", "C1 a 0 1.5u"),),
+        {"G1.tau": 0.03}, ((FIRST, "C1 a 0 1.5u"),),
     ),
     Change(
         "no catch diodes", "D3 and D4 left out", NO_NAME, "F",
@@ -185,6 +211,15 @@ CHANGES = (
         "feedback before the diode", "R11 and R12 from p and r in place of m", NO_NAME, "F",
         "the diode's logarithm stays in the path: the gap grows by 0.06 V a decade of dv/dt, and creeps",
         edits=(("R11 m n 10k", "R11 p n 10k"), ("R12 m q 10k", "R12 r q 10k")),
+    ),
+    Change(
+        "ripple of the reference, off the mains", "V5: 1.25 V with 30 mV of 86.3 Hz on it", NO_NAME, "F",
+        "D_L and D_U apart by a line that is none of the mains'", edits=((REFERENCE, "V5 ref 0 SIN(1.25 0.03 86.3)"),),
+    ),
+    Change(
+        "follower without bias behind the gain stage", "100 mV lost on either side of zero", NO_NAME, "F",
+        "what a class-B stage does around zero is a law of w", edits=(("R16 o i 20k", "R16 o2 i 20k"),),
+        added=("B91 o2 0 V='V(o)>0.1 ? V(o)-0.1 : (V(o)<-0.1 ? V(o)+0.1 : 0)'",),
     ),
 )  # fmt: skip
 SINGLE = tuple(Circuit((change,)) for change in (NOTHING, *CHANGES))

@@ -63,7 +63,9 @@ def called(effect: str, probability: float = 0.9, **values: float) -> dict[str, 
 def told(*effects: dict[str, object], after: float = 0.0101) -> dict[str, object]:
     """Return an answer that leaves ``after``, V, of a held-out residual of 60 mV; the noise is 10 mV."""
     held_out = {"before": 0.06, "after": after, "noise": 0.01}
-    return {"verdict": "explained", "effects": list(effects), "model": {}, "fit": {"held_out": held_out}}
+    where = {"stage": "F", "alternatives": ["G2"]}
+    return {"verdict": "explained", "effects": list(effects), "model": {}, "fit": {"held_out": held_out},
+            "location": where}
 
 
 DROOP = called("plateau_droop", rate=0.083)
@@ -114,3 +116,17 @@ def test_of_two_changes_both_must_be_told_before_all_else(said: dict[str, object
     text = report_of_pairs([(both, said)], "here")
     assert (f"**{outcome}**" in text) == (outcome != "found")
     assert f"of 1 circuits with two changes {int(outcome == 'found')} were answered rightly" in text
+
+
+@pytest.mark.parametrize(
+    ("where", "why"),
+    [
+        ({"stage": "F", "alternatives": []}, ""),
+        ({"stage": "G1", "alternatives": ["F"]}, ""),
+        ({"stage": "source", "alternatives": ["G1"]}, "located at source"),
+        (None, ""),
+    ],
+)
+def test_what_no_catalogue_has_must_be_located_where_it_is_or_nowhere(where: object, why: str) -> None:
+    (change,) = (c for c in CHANGES if c.name == "feedback before the diode")
+    assert judged(Circuit((change,)), {**told(called("unnamed")), "location": where}).why == why

@@ -68,7 +68,7 @@ def _flaws(circuit: Circuit, answer: Answer, values: tuple[Value, ...], before: 
     """Return what is asked of an answer and not so."""
     flaws = [f"{value.name} not within {CLOSE:.0%}" for value in values if not value.right]
     if any(change.effect == NO_NAME for change in circuit.changes):
-        return flaws
+        return flaws + _misplaced(circuit, answer)
     if after > AT_NOISE:
         flaws.append(f"{after:.3g} x noise left")
     asked = {(change.effect, change.stage) for change in circuit.changes if change.effect}
@@ -78,6 +78,14 @@ def _flaws(circuit: Circuit, answer: Answer, values: tuple[Value, ...], before: 
     if asked and after > HALVED * before:
         flaws.append("not halved")
     return flaws
+
+
+def _misplaced(circuit: Circuit, answer: Answer) -> list[str]:
+    """Return what is wrong about where the physics without a name was located, if anything was."""
+    where = answer["location"]
+    if where is None or any(change.stage in (where["stage"], *where["alternatives"]) for change in circuit.changes):
+        return []
+    return [f"located at {where['stage']}"]
 
 
 def _values(change: Change, answer: Answer) -> list[Value]:
