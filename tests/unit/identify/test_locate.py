@@ -91,3 +91,11 @@ def test_a_ripple_of_the_source_is_found_at_its_frequency_among_the_lines_of_the
     evidence = Evidence(there.fitted(there.plain, ()).fit, there.observations)
     assert ripple_hz(evidence, Place.SOURCE) == pytest.approx(93.9, abs=0.9)  # half of what 0.56 s resolve
     assert found(bench(rippled)).best.place == Place.SOURCE
+
+
+def test_a_ripple_of_the_gap_is_found_at_its_frequency_on_the_borders() -> None:
+    there = bench(Concealed("hum at F", {"frequency": 86.3, "amplitude": 0.03}))
+    rippled = found(there)
+    assert (rippled.best.place, rippled.best.form) == (Place.F, "ripple of the gap")
+    assert rippled.best.knots[0] == pytest.approx(86.3, abs=0.5)
+    assert rippled.share > 0.95
