@@ -93,6 +93,14 @@ def _hum(volt: float, hertz: float, farad: float) -> float:
     return volt * w * farad * 20e3 / sqrt(1.0 + (w * 20e3 * (1e-6 + farad)) ** 2)
 
 
+def _absorbed(ohm: float, farad: float, behind_ohm: float, behind_farad: float) -> dict[str, float]:
+    """Return the share that comes late, and how late, in a low-pass whose capacitor has another behind a resistor."""
+    fast, slow, taken = ohm * farad, behind_ohm * behind_farad, ohm * behind_farad
+    middle = 0.5 * (fast + slow + taken)
+    tau = middle + sqrt(middle**2 - fast * slow)
+    return {"fraction": 1.0 - slow / tau, "tau": tau}
+
+
 OWN = {"plateau_droop": {"current": -GAIN * 30e-12 / HOLD_F}, "saturation": {"upper": 10.0, "lower": -10.0}}
 """What every one of these circuits has, where the data tell it: the bias current of X7, a TL081, and rails."""
 NOTHING = Change("nothing", "the circuit as it is", "", "", "S = 80k / 10k, D = +-1.25 V, and a droop of -2.4 mV/s",
@@ -191,7 +199,8 @@ CHANGES = (
     ),
     Change(
         "first capacitor that absorbs", "47 nF behind 1 Mohm across C1", "dielectric_absorption", "G1",
-        "fraction = 20 kohm / 1 Mohm, tau = 1 Mohm x 47 nF", {"fraction": 0.02, "tau": 0.047},
+        "tau = the slower root of (p - 20 ms) (p - 47 ms) = p x 20 kohm x 47 nF, (1 - fraction) tau = 47 ms",
+        _absorbed(20e3, 1e-6, 1e6, 47e-9),
         added=("C91 a da1 47n", "R91 da1 0 1meg"), given=(FIRST,),
     ),
     Change(
