@@ -16,10 +16,11 @@ from identify.observe import Observation
 from identify.stage import Place
 from identify.trace import Array
 from identify.unnamed.correction import UNNAMED, Correction
-from identify.unnamed.linear import Bypass, Filter, Line, SlowFilter
+from identify.unnamed.linear import Bypass, Filter, SlowFilter
+from identify.unnamed.lines import GapRipple, Line, Ripple
 from identify.unnamed.maps import ClockMap, GainMap, LevelMap, RateMap
-from identify.unnamed.memory import BorderMap, GapOverClock, GapOverRate, GapRipple, Hysteresis, Plateau
-from identify.unnamed.modulation import Ripple, Swiftness, Warming
+from identify.unnamed.memory import BorderMap, GapOverClock, GapOverRate, Hysteresis, Plateau
+from identify.unnamed.modulation import Swiftness, Warming
 
 KNOTS = 10  # of a map of the level where it is one of many: with more, each run has levels of its own
 FINER = (16, 28)  # of one that is fitted: the data choose

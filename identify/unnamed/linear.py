@@ -117,34 +117,3 @@ class Bypass(Correction):
             return np.asarray(block.signal + sum(a * copy for a, copy in zip(values, copies, strict=True)))
 
         return run
-
-
-@dataclass(frozen=True)
-class Line(Correction):
-    """A line of one frequency, the knot, with an amplitude and a phase of its own in every run."""
-
-    form = "line"
-    kind = "a line free of the stimulus"
-    equation = "s' = s + a sin(2 pi f t) + b cos(2 pi f t), a and b free in every run"
-    knot_unit = "Hz"
-    weights = (("sine", "V"), ("cosine", "V"))
-    places = (Place.SENSE, Place.G1)
-    local = True
-    searched = True
-    curved = False
-    least = 1
-
-    @property
-    def axis(self) -> str:
-        """Return the coordinate."""
-        return "mains lines"
-
-    def summed(self, values: Values, grid: Grid) -> Run:
-        """Return the signal plus the line; time runs from the start of the run."""
-
-        def run(block: Block) -> Array:
-            count = np.arange(block.first, block.first + block.signal.size)
-            turn = 2.0 * np.pi * self.knots[0] * grid.step_s * count
-            return np.asarray(block.signal + values[0] * np.sin(turn) + values[1] * np.cos(turn))
-
-        return run

@@ -77,7 +77,7 @@ class GapOverRate(PlayCorrection):
             last = float(block.signal[-1])
             return np.interp(speed, self.knots, values)
 
-        return _widened_play(borders, widened)
+        return widened_play(borders, widened)
 
 
 @dataclass(frozen=True)
@@ -97,40 +97,10 @@ class GapOverClock(PlayCorrection):
 
     def played(self, borders: Values, values: Values, grid: Grid) -> Run:
         """Return the operator whose gap follows the clock."""
-        return _widened_play(borders, lambda block: np.interp(block.time_s(), self.knots, values))
+        return widened_play(borders, lambda block: np.interp(block.time_s(), self.knots, values))
 
 
-@dataclass(frozen=True)
-class GapRipple(PlayCorrection):
-    """A gap that ripples at one frequency, the knot, with an amplitude and a phase of its own in every run."""
-
-    form = "ripple of the gap"
-    kind = "a ripple of the gap, free of the stimulus"
-    equation = "D_L + c(t), D_U - c(t), c = a sin(2 pi f t) + b cos(2 pi f t), a and b free in every run"
-    knot_unit = "Hz"
-    weights = (("sine", "V"), ("cosine", "V"))
-    local = True
-    searched = True
-    curved = False
-    least = 1
-
-    @property
-    def axis(self) -> str:
-        """Return the coordinate."""
-        return "mains lines"
-
-    def played(self, borders: Values, values: Values, grid: Grid) -> Run:
-        """Return the operator whose gap ripples; time runs from the start of the run."""
-
-        def widened(block: Block) -> Array:
-            count = np.arange(block.first, block.first + block.signal.size)
-            turn = 2.0 * np.pi * self.knots[0] * grid.step_s * count
-            return np.asarray(values[0] * np.sin(turn) + values[1] * np.cos(turn))
-
-        return _widened_play(borders, widened)
-
-
-def _widened_play(borders: Values, widened: Run) -> Run:
+def widened_play(borders: Values, widened: Run) -> Run:
     """Return the play operator whose half gap is wider by a running signal, V."""
     s_l, d_l, s_u, d_u = borders
     w = 0.0

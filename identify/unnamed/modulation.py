@@ -1,4 +1,4 @@
-"""Which free-form laws let one thing change another: a ripple the gain, a load the gain, the level the speed?"""
+"""Which free-form laws let one thing change another: a load the gain, the level the speed?"""
 
 from dataclasses import dataclass
 
@@ -10,37 +10,6 @@ from identify.stage import Block, Grid, Place, Run, Values
 from identify.trace import Array
 from identify.unnamed.correction import Correction
 from identify.unnamed.maps import LEVELS
-
-
-@dataclass(frozen=True)
-class Ripple(Correction):
-    """A gain that ripples at one frequency, the knot, with an amplitude and a phase of its own in every run."""
-
-    form = "ripple of the gain"
-    kind = "a ripple of the gain, free of the stimulus"
-    equation = "s' = s (1 + a sin(2 pi f t) + b cos(2 pi f t)), a and b free in every run"
-    knot_unit = "Hz"
-    weights = (("sine", "V/V"), ("cosine", "V/V"))
-    places = (Place.SOURCE, Place.SENSE)
-    local = True
-    searched = True
-    curved = False
-    least = 1
-
-    @property
-    def axis(self) -> str:
-        """Return the coordinate."""
-        return "mains lines"
-
-    def summed(self, values: Values, grid: Grid) -> Run:
-        """Return the signal times one plus the ripple; time runs from the start of the run."""
-
-        def run(block: Block) -> Array:
-            count = np.arange(block.first, block.first + block.signal.size)
-            turn = 2.0 * np.pi * self.knots[0] * grid.step_s * count
-            return np.asarray(block.signal * (1.0 + values[0] * np.sin(turn) + values[1] * np.cos(turn)))
-
-        return run
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,11 @@ from identify.chain import Chain
 from identify.model import Physics
 from identify.stage import Place
 from identify.unnamed.correction import UNNAMED, Correction
-from identify.unnamed.linear import Bypass, Filter, Line, SlowFilter
+from identify.unnamed.linear import Bypass, Filter, SlowFilter
+from identify.unnamed.lines import GapRipple, Line, Ripple
 from identify.unnamed.maps import ClockMap, GainMap, LevelMap, RateMap
-from identify.unnamed.memory import BorderMap, GapOverClock, GapOverRate, GapRipple, Hysteresis, Plateau
-from identify.unnamed.modulation import Ripple, Swiftness, Warming
+from identify.unnamed.memory import BorderMap, GapOverClock, GapOverRate, Hysteresis, Plateau
+from identify.unnamed.modulation import Swiftness, Warming
 
 AT = "at"
 UNEVEN = 1e-6  # share by which evenly spaced knots may differ, for rounding

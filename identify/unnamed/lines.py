@@ -1,0 +1,83 @@
+"""Which free-form laws have one frequency that is free of the stimulus: added, on the gain, on the gap?"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from identify.stage import Block, Grid, Place, Run, Values
+from identify.trace import Array
+from identify.unnamed.correction import Correction, PlayCorrection
+from identify.unnamed.memory import widened_play
+
+
+@dataclass(frozen=True)
+class OneLine(Correction):
+    """Something that goes at one frequency, the knot, with an amplitude and a phase of its own in every run."""
+
+    knot_unit = "Hz"
+    local = True
+    searched = True
+    curved = False
+    least = 1
+
+    @property
+    def axis(self) -> str:
+        """Return the coordinate."""
+        return "mains lines"
+
+    def line(self, values: Values, grid: Grid) -> Run:
+        """Return a sin(2 pi f t) + b cos(2 pi f t) at the instants of a block; time runs from the start of the run."""
+
+        def run(block: Block) -> Array:
+            count = np.arange(block.first, block.first + block.signal.size)
+            turn = 2.0 * np.pi * self.knots[0] * grid.step_s * count
+            return np.asarray(values[0] * np.sin(turn) + values[1] * np.cos(turn))
+
+        return run
+
+
+@dataclass(frozen=True)
+class Line(OneLine):
+    """A line added to a signal."""
+
+    form = "line"
+    kind = "a line free of the stimulus"
+    equation = "s' = s + a sin(2 pi f t) + b cos(2 pi f t), a and b free in every run"
+    weights = (("sine", "V"), ("cosine", "V"))
+    places = (Place.SENSE, Place.G1)
+
+    def summed(self, values: Values, grid: Grid) -> Run:
+        """Return the signal plus the line."""
+        line = self.line(values, grid)
+        return lambda block: block.signal + line(block)
+
+
+@dataclass(frozen=True)
+class Ripple(OneLine):
+    """A gain that ripples."""
+
+    form = "ripple of the gain"
+    kind = "a ripple of the gain, free of the stimulus"
+    equation = "s' = s (1 + a sin(2 pi f t) + b cos(2 pi f t)), a and b free in every run"
+    weights = (("sine", "V/V"), ("cosine", "V/V"))
+    places = (Place.SOURCE, Place.SENSE)
+
+    def summed(self, values: Values, grid: Grid) -> Run:
+        """Return the signal times one plus the line."""
+        line = self.line(values, grid)
+        return lambda block: block.signal * (1.0 + line(block))
+
+
+@dataclass(frozen=True)
+class GapRipple(OneLine, PlayCorrection):
+    """A gap that ripples."""
+
+    form = "ripple of the gap"
+    kind = "a ripple of the gap, free of the stimulus"
+    equation = "D_L + c(t), D_U - c(t), c = a sin(2 pi f t) + b cos(2 pi f t), a and b free in every run"
+    weights = (("sine", "V"), ("cosine", "V"))
+    places = (Place.F,)
+
+    def played(self, borders: Values, values: Values, grid: Grid) -> Run:
+        """Return the operator whose gap ripples."""
+        return widened_play(borders, self.line(values, grid))
