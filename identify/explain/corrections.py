@@ -101,7 +101,7 @@ def _mixed(evidence: Evidence, name: str) -> Iterator[Correction]:
         yield GapRipple(Place.F, (ripple_hz(evidence, Place.F),), name)
     slowest = slowest_s(evidence)
     lags = tuple(np.geomspace(slowest, 100.0 * slowest, LAGS).tolist())
-    yield from (Warming(place, lags, name) for place in (Place.G1, Place.SENSE))
+    yield from (Warming(place, lags, name) for place in Warming.places)
     yield from (Swiftness(place, level_knots(evidence, place, LAGS + 1), name) for place in (Place.G1, Place.G2))
 
 

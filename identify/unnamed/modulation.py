@@ -21,7 +21,7 @@ class Warming(Correction):
     equation = "s' = s (1 + sum of a_k T_k), T_k = s^2 / (1 + s tau_k) in operator form"
     knot_unit = "s"
     weights = (("warm", "V^-2"),)
-    places = (Place.G1, Place.SENSE)
+    places = (Place.G1, Place.F, Place.SENSE)
     curved = False
     least = 1
 

@@ -95,6 +95,8 @@ LIBRARY = (
         "capacitor_nonlinearity, G2", RC, 162,
         ("nonlinear capacitor in G2", "capacitor_nonlinearity", "G2", {"k2": -0.0011, "tau": 0.00213}),
     ),
+    _known("self_heating, G1", OP_AMP, 164, ("self-heating in G1", "self_heating", "G1", {"k": 0.0021, "tau": 0.21})),
+    _known("self_heating, F", RC, 165, ("self-heating in F", "self_heating", "F", {"k": -1.3e-4, "tau": 0.087})),
     _known("feedthrough", OP_AMP, 119, ("feedthrough", "feedthrough", "sense", {"k": 0.0137})),
     _known(
         "hum, sense", OP_AMP, 120,

@@ -158,6 +158,16 @@ def _capacitor(most: Callable[[Reach], float], poles: Callable[[Rig], tuple[floa
     return draw
 
 
+def _heating(level: Callable[[Reach], float]) -> Draw:
+    """Return the draw of a part that its load warms: up to 30 % of the gain at the highest level, held."""
+
+    def draw(rng: Rng, reach: Reach) -> Scaled:
+        tau, k = between(rng, 0.05, 3.0), 0.3 * sign(rng) / level(reach) ** 2
+        return lambda strength: {"k": k * strength, "tau": tau}
+
+    return draw
+
+
 def _process_noise(rng: Rng, reach: Reach) -> Scaled:
     bandwidth, half = between(rng, 100.0, 4000.0), reach.rig.half_gap_v
     return lambda strength: {"sd": 0.4 * half * strength, "bandwidth": bandwidth}
@@ -273,6 +283,8 @@ LIBRARY: tuple[Kind, ...] = (
     Kind("capacitor_nonlinearity", "G1", "nonlinear capacitor in G1", _capacitor(lambda r: r.v_v, lambda r: r.g1_den)),
     Kind("capacitor_nonlinearity", "G2", "nonlinear capacitor in G2", _capacitor(
         lambda r: max(r.high_w_v, -r.low_w_v), lambda r: r.g2_den)),
+    Kind("self_heating", "G1", "self-heating in G1", _heating(lambda r: r.v_v)),
+    Kind("self_heating", "F", "self-heating in F", _heating(lambda r: max(r.high_w_v, -r.low_w_v))),
     Kind("process_noise", "G1", "process_noise", _process_noise, chance=True),
     Kind("process_noise", "G1", "process_noise, low-passed", _process_noise, chance=True),
     Kind("hum", "G1", "hum at G1", _hum(lambda r: 0.3 * r.rig.half_gap_v)),
@@ -323,11 +335,6 @@ def _ripple(rng: Rng, reach: Reach) -> Scaled:
     return lambda strength: {"share": 0.5 * strength, "frequency": frequency}
 
 
-def _heating(rng: Rng, reach: Reach) -> Scaled:
-    tau = between(rng, 0.05, 3.0)
-    return lambda strength: {"k": 0.3 * strength / reach.v_v**2, "tau": tau}
-
-
 def _echo(rng: Rng, reach: Reach) -> Scaled:
     delay, up = between(rng, 4e-3, 30e-3), sign(rng)
     return lambda strength: {"share": 0.3 * up * strength, "delay": delay}
@@ -355,7 +362,6 @@ def _code(rng: Rng, reach: Reach) -> Scaled:
 
 UNHEARD: tuple[Kind, ...] = (
     Kind("reference_ripple", "source", "reference_ripple", _ripple),
-    Kind("self_heating", "G1", "self_heating", _heating),
     Kind("level_dependent_delay", "G1", "level_dependent_delay", _one("k", lambda r: 8e-3 / r.v_v)),
     Kind("stick_slip", "F", "stick_slip", _one("stuck", lambda r: 0.8 * r.rig.half_gap_v * r.rig.s_l)),
     Kind("wearing_gap", "F", "wearing_gap", _one("rate", lambda r: 5e-3)),

@@ -7,7 +7,7 @@ one: they stand for what a user's rig has and nobody thought of.
 import numpy as np
 from numba import njit
 
-from tests.proof.integrator import Array, linear_block, play, read_when, sticking_play
+from tests.proof.integrator import Array, play, read_when, sticking_play
 from tests.proof.physics import Change, Place, Scene, borders
 
 
@@ -15,12 +15,6 @@ def reference_ripple(drive: Array, scene: Scene) -> Array:
     """Let the DAC's reference ripple: u times 1 + share sin(2 pi f t), locked to the clock."""
     time_s = scene.grid.start_s + (np.arange(drive.size) + 0.5) * scene.grid.step_s
     return drive * (1.0 + scene.values["share"] * np.sin(2.0 * np.pi * scene.values["frequency"] * time_s))
-
-
-def self_heating(v: Array, scene: Scene) -> Array:
-    """Let the gain before the gap fall with what v^2 has heated: v (1 - k T), T' = (v^2 - T) / tau, V^2."""
-    heat = linear_block(0.5 * (v[1:] ** 2 + v[:-1] ** 2), (1.0,), (scene.values["tau"], 1.0), scene.grid.step_s)
-    return v * (1.0 - scene.values["k"] * heat)
 
 
 def level_dependent_delay(v: Array, scene: Scene) -> Array:
@@ -92,7 +86,6 @@ def missing_code(y: Array, scene: Scene) -> Array:
 
 OUTSIDE: dict[str, tuple[Place, Change]] = {
     "reference_ripple": ("drive", reference_ripple),
-    "self_heating": ("v", self_heating),
     "level_dependent_delay": ("v", level_dependent_delay),
     "stick_slip": ("play", stick_slip),
     "wearing_gap": ("play", wearing_gap),

@@ -246,6 +246,13 @@ def nonlinear_capacitor(signal: Array, scene: Scene) -> Array:
     return charging(signal, scene.values["tau"], scene.values["k2"], scene.grid.step_s)
 
 
+def self_heating(signal: Array, scene: Scene) -> Array:
+    """Let the gain fall with what the square of the signal has heated: s (1 - k T), T' = (s^2 - T) / tau, V^2."""
+    power, tau = 0.5 * (signal[1:] ** 2 + signal[:-1] ** 2), scene.values["tau"]
+    heat = linear_block(power, (1.0,), (tau, 1.0), scene.grid.step_s)
+    return signal * (1.0 - scene.values["k"] * heat)
+
+
 def process_noise(v: Array, scene: Scene) -> Array:
     """Add noise of ``sd`` [V], white up to ``bandwidth`` [Hz], to v; new in every run."""
     lines = np.fft.rfft(scene.rng_of_run.normal(0.0, 1.0, v.size))
@@ -412,6 +419,8 @@ WHERE: dict[str, tuple[Place, Change]] = {
     "slew_limit, rounded": ("w", rounded_slew),
     "absorption": ("w", absorption),
     "absorption on plateaus": ("play", absorption_on_plateaus),
+    "self-heating in G1": ("v", self_heating),
+    "self-heating in F": ("w", self_heating),
     "extra_pole in G2": ("x", extra_pole),
     "nonlinear capacitor in G2": ("x", nonlinear_capacitor),
     "resonance in G2": ("x", resonance),

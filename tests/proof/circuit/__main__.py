@@ -23,7 +23,7 @@ README = Path(__file__).with_name("README.md")
 def main(words: list[str] | None = None) -> None:
     """Play every circuit asked for, explain the recordings, and print what that was worth."""
     wanted = arguments(words)
-    asked_for = PAIRS if wanted.pairs else SINGLE
+    asked_for = PAIRS[: wanted.first] if wanted.pairs else SINGLE
     circuits = [c for c in asked_for if not wanted.only or any(word in c.name for word in wanted.only)]
     if not wanted.told:
         wanted.out.mkdir(parents=True, exist_ok=True)
@@ -45,6 +45,7 @@ def arguments(words: list[str] | None = None) -> argparse.Namespace:
     """Return what is asked for."""
     parser = argparse.ArgumentParser(prog="python -m tests.proof.circuit", description=__doc__)
     parser.add_argument("--pairs", action="store_true", help="circuits with two changes, in place of those with one")
+    parser.add_argument("--first", type=int, default=len(PAIRS), help="how many of these, of %(default)s")
     parser.add_argument("--only", action="append", metavar="WORD", help="circuits whose name holds it; may be repeated")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--seed", type=int, default=0, help="of the noise")

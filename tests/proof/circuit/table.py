@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from tests.proof.circuit.changes import Change, Circuit
+from tests.proof.circuit.changes import PAIRS, Change, Circuit
 from tests.proof.circuit.verdict import Answer, Outcome, Value, Verdict, judged
 
 HEAD = ("| what was changed | what it must cause | by hand | told | held out, x noise | verdict | |\n"
@@ -32,9 +32,9 @@ def report_of_pairs(told: Told, commit: str) -> str:
     counts = counted(verdicts)
     short = [row(c, answer, v) for (c, answer), v in zip(told, verdicts, strict=True) if v.outcome != "found"]
     return (
-        f"At commit `{commit}`: of {len(verdicts)} circuits with two changes {counts['found']} were answered rightly: "
-        f"both named first with the values by hand, and nothing else; {counts['missed']} missed, {counts['wrong']} "
-        "called by a wrong name."
+        f"At commit `{commit}`: of {len(verdicts)} circuits with two changes, of {len(PAIRS)} that there are, "
+        f"{counts['found']} were answered rightly: both named first with the values by hand, and nothing else; "
+        f"{counts['missed']} missed, {counts['wrong']} called by a wrong name."
         + (f" Those that were not:\n\n{HEAD}" + "\n".join(short) if short else "") + "\n"
     )
 

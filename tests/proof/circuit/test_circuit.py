@@ -115,7 +115,7 @@ def test_of_two_changes_both_must_be_told_before_all_else(said: dict[str, object
     assert (verdict.outcome, verdict.why) == (outcome, why)
     text = report_of_pairs([(both, said)], "here")
     assert (f"**{outcome}**" in text) == (outcome != "found")
-    assert f"of 1 circuits with two changes {int(outcome == 'found')} were answered rightly" in text
+    assert f"of 1 circuits with two changes, of {len(PAIRS)} that there are, {int(outcome == 'found')} were" in text
 
 
 @pytest.mark.parametrize(
