@@ -4,11 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from identify.blocks import Play
 from identify.chain import Chain, signals
 from identify.explain.explanation import Profile, Range
 from identify.observe import Observation
 from identify.stage import Place
-from identify.trace import Array, Mask
+from identify.trace import Array, Mask, Trace
 
 BINS = 24
 MOST = 0.95  # share of an effect's energy that the stretch reported must hold
@@ -28,8 +29,7 @@ def coordinate(axis: str, chain: Chain, observation: Observation) -> Array:
         return trace.u[:]
     taps = signals(chain, trace)
     if axis == "time on a plateau":
-        v, w = (_tap(chain, taps, signal) for signal in "vw")
-        return _age(_inside(chain, v, w)) / trace.rate_hz
+        return _age(_still(chain, taps, trace)) / trace.rate_hz
     level = _tap(chain, taps, axis[-1])
     return np.diff(level, prepend=level[:1]) * trace.rate_hz if axis.startswith("rate of") else level
 
@@ -40,8 +40,11 @@ def _tap(chain: Chain, taps: Sequence[Array], signal: str) -> Array:
     return taps[chain.index(places[signal]) - 1] if signal in places else taps[_tap_of_w(chain)]
 
 
-def _inside(chain: Chain, v: Array, w: Array) -> Mask:
-    """Return where w rests inside the gap, on neither border."""
+def _still(chain: Chain, taps: Sequence[Array], trace: Trace) -> Mask:
+    """Return where w rests inside the gap, on neither border; without a gap, where the source holds its level."""
+    if chain.stage_of(Play) is None:
+        return np.asarray(np.diff(trace.u[:], prepend=0.0) == 0.0)
+    v, w = (_tap(chain, taps, signal) for signal in "vw")
     borders = [(chain.values[f"F.S_{side}"], chain.values[f"F.D_{side}"]) for side in ("L", "U")]
     reach = 1e-9 * max(float(np.max(np.abs(w))), 1e-12)
     away = [np.abs(w - slope * (v - crossing)) > reach for slope, crossing in borders]

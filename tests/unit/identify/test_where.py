@@ -3,15 +3,16 @@
 import pytest
 
 from identify.effects import catalogue, chain_of
+from identify.effects.effect import Effect
 from identify.explain.where import acting, coordinate, profile
 from identify.observe import Observation
 from identify.stage import Place
-from tests.proof.rigs import OP_AMP
+from tests.proof.rigs import LINEAR, OP_AMP
 from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
 from tests.trials import model_of, observed, recorded
 
 NOISE_V = 0.01
-PLAIN = chain_of(model_of(OP_AMP))
+PLAIN, STRAIGHT = chain_of(model_of(OP_AMP)), chain_of(model_of(LINEAR))
 
 
 def seen(stimulus=None) -> Observation:
@@ -45,6 +46,29 @@ def test_a_delay_acts_at_the_frequency_played() -> None:
     late = catalogue()["dead_time"](Place.G2).put_in(PLAIN, {"delay": 1e-3})
     (found,) = acting("frequency", Place.G2, late, PLAIN, [seen(sine("slow", 10.0, 3.0, 5, 4))])
     assert found.low <= 10.0 <= found.high < 200.0
+
+
+def test_without_a_gap_plateaus_are_where_the_source_holds() -> None:
+    walk = staircase("walk", FIG13_LEVELS_V, 0.1)
+    run = observed(recorded(LINEAR, walk, fine=4), NOISE_V)
+    age_s = coordinate("time on a plateau", STRAIGHT, run)
+    assert max(age_s) == pytest.approx(0.1, abs=2e-4)
+    assert age_s[3500] == pytest.approx(0.05, abs=2e-4)  # 10 kS/s: in the middle of the fourth level
+    assert age_s[3000] == 0.0
+
+
+@pytest.mark.parametrize("effect", [e for kind in catalogue().values() for e in kind.variants()], ids=repr)
+def test_every_effect_acts_somewhere_on_a_rig_without_a_gap_if_it_can_be_there(effect: Effect) -> None:
+    if not effect.applicable(STRAIGHT):
+        return
+    values = {name: value for name, value in effect.example.items() if f"{effect.id}.{name}" in names_of(effect)}
+    run = observed(recorded(LINEAR, sine("slow", 10.0, 3.0, 5, 4), fine=4), NOISE_V)
+    found = acting(effect.axis, effect.shows_at, effect.put_in(STRAIGHT, values), STRAIGHT, [run])
+    assert all(r.low <= r.high for r in found)
+
+
+def names_of(effect: Effect) -> set[str]:
+    return {p.name for p in effect.parameters()}
 
 
 def test_noise_in_front_of_the_gap_acts_behind_it() -> None:
