@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 K1 = Parameter("capacitor_nonlinearity.k1", "1/V", scale=1e-2)
 K2 = Parameter("capacitor_nonlinearity.k2", "1/V^2", scale=1e-3)
-TAU = Parameter("capacitor_nonlinearity.tau", "s", "log")
+TAU = Parameter("capacitor_nonlinearity.tau", "s", "log", within=10.0)  # without end it would be a map of the level
 LAWS = {"square": (K2, TAU), "straight": (K1, TAU), "straight and square": (K1, K2, TAU)}
 SMALL = {"k1": 1e-4, "k2": 1e-5}  # 1/V, 1/V^2: the change is looked at where it is proportional, well above rounding
 TAUS = np.geomspace(0.3, 3e3, 9)  # samples
