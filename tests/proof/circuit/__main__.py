@@ -31,7 +31,8 @@ def main(words: list[str] | None = None) -> None:
             work = partial(asked, seed=wanted.seed, out=wanted.out, at=commit())
             for line in pool.map(work, circuits):
                 print(line, flush=True)
-    entries = [(circuit, json.loads(kept(wanted.out, circuit).read_text())) for circuit in circuits]
+    there = [(circuit, kept(wanted.out, circuit)) for circuit in circuits]
+    entries = [(circuit, json.loads(path.read_text())) for circuit, path in there if path.exists()]
     commits = sorted({entry["commit"] for _, entry in entries})
     told = [(circuit, entry["answer"]) for circuit, entry in entries]
     text = (report_of_pairs if wanted.pairs else report)(told, ", ".join(commits))

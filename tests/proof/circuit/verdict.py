@@ -75,9 +75,14 @@ def _flaws(circuit: Circuit, answer: Answer, values: tuple[Value, ...], before: 
     first = [(e["id"], e["stage"]) for e in answer["effects"]][: len(asked)]
     if asked != set(first):
         flaws.append(", ".join(f"{name} at {stage}" for name, stage in first) + " first" if first else "no name")
-    if asked and after > HALVED * before:
+    if asked and _beyond(after) > HALVED * _beyond(before):
         flaws.append("not halved")
     return flaws
+
+
+def _beyond(residual: float) -> float:
+    """Return what of a residual in times the noise is no noise."""
+    return float(np.sqrt(max(residual**2 - 1.0, 0.0)))
 
 
 def _misplaced(circuit: Circuit, answer: Answer) -> list[str]:
