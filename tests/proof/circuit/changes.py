@@ -8,7 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import combinations
 from math import log, pi, sqrt
-from random import Random
+
+import numpy as np
 
 KELVIN = 300.15  # ngspice's 27 degrees
 V_T = 1.380649e-23 * KELVIN / 1.602176634e-19
@@ -238,10 +239,10 @@ CHANGES = (
     ),
 )  # fmt: skip
 SINGLE = tuple(Circuit((change,)) for change in (NOTHING, *CHANGES))
-PAIRS = [
+_TOGETHER = [
     Circuit((one, other))
     for one, other in combinations((change for change in CHANGES if change.named), 2)
     if one.effect != other.effect and one.leaves(other) and other.leaves(one)
 ]
+PAIRS = tuple(_TOGETHER[i] for i in np.random.default_rng(0).permutation(len(_TOGETHER)))
 """All pairs of changes that bring different physics and leave each other's parts alone, shuffled once and for all."""
-Random(0).shuffle(PAIRS)
