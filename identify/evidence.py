@@ -220,6 +220,10 @@ class Evidence:
         """Return the factor on the change that an effect makes at ``values`` at which it explains most; 0 for none."""
         return self._scaled(effect, values)[0]
 
+    def sized(self, effect: Effect, name: str, options: Sequence[Mapping[str, float]]) -> list[dict[str, float]]:
+        """Return options, each small, with ``name`` at what explains most if the answer goes in proportion to it."""
+        return [{**values, name: self.scaled(effect, values) * values[name]} for values in options]
+
     def _scaled(self, effect: Effect, values: Mapping[str, float]) -> tuple[float, float]:
         """Return that factor, and the fall of chi-squared it promises."""
         change = self.change(effect.put_in(self.chain, values))

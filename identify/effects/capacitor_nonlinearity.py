@@ -75,7 +75,6 @@ class CapacitorNonlinearity(Effect):
         taus = [{"tau": float(count) * evidence.sample_s} for count in TAUS]
         sized: list[dict[str, float]] = []
         for name in names:
-            small = [{**tau, name: SMALL[name]} for tau in taus]
-            sized += [{**values, name: SMALL[name] * evidence.scaled(self, values)} for values in small]
+            sized += evidence.sized(self, name, [{**tau, name: SMALL[name]} for tau in taus])
         best = evidence.best(self, [values for values in sized if any(values.get(name) for name in names)])
         return [dict.fromkeys(names, 0.0) | best] if best else []

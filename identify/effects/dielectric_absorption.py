@@ -1,6 +1,6 @@
 """A capacitor that remembers where it stood: creep after every step."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar, Self, final
 
@@ -8,9 +8,8 @@ import numpy as np
 
 from identify.altered_play import Law
 from identify.blocks import run_linear
-from identify.chain import Chain
 from identify.discretise import stepper
-from identify.effects.effect import Confusion, Effect
+from identify.effects.effect import Confusion
 from identify.effects.inside_play import InsidePlay
 from identify.stage import Grid, Held, Parameter, Place, Run, Shape, Values, memoryless
 
@@ -60,15 +59,10 @@ class DielectricAbsorption(InsidePlay):
         """Yield both forms at F, and the one that needs no gap at G1."""
         yield from (effect for effect in super().variants() if effect.place == Place.F or effect.form == "every step")
 
-    def applicable(self, chain: Chain) -> bool:
-        """Return whether it can creep there: the form that acts on plateaus needs a gap."""
-        return super().applicable(chain) if self.form == "on plateaus" else Effect.applicable(self, chain)
-
-    def put_in(self, chain: Chain, values: Mapping[str, float]) -> Chain:
-        """Return ``chain`` with a creep behind F, or inside its play operator."""
-        if self.form == "on plateaus":
-            return super().put_in(chain, values)
-        return Effect.put_in(self, chain, values)
+    @property
+    def inside(self) -> bool:
+        """Return whether it creeps only where the play operator lets go."""
+        return self.form == "on plateaus"
 
     def altered(self, law: Law, values: Values, grid: Grid) -> Law:
         """Return the law whose held level shares charge with the dielectric; the step is exact while it is held."""
@@ -78,7 +72,7 @@ class DielectricAbsorption(InsidePlay):
 
     def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
         """Return the creep behind F at work; it hardly bends what is held, so the shape stays."""
-        if self.form == "on plateaus":
+        if self.inside:
             return super().begin(values, grid, shape)
         fraction, tau_s = values
         if fraction == 0.0:

@@ -1,6 +1,5 @@
 """The mains: lines at 50 or 60 Hz and odd harmonics, or the even ones of a rectifier, phase free of the stimulus."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar, final
 
@@ -9,7 +8,7 @@ import numpy as np
 from identify import kernels
 from identify.altered_play import Law
 from identify.chain import Chain
-from identify.effects.effect import Confusion, Effect
+from identify.effects.effect import Confusion
 from identify.effects.inside_play import InsidePlay
 from identify.mains import Line, mains_lines
 from identify.stage import Block, Grid, Parameter, Place, Run, Shape, Values
@@ -69,13 +68,10 @@ class Hum(InsidePlay):
         mine = {f"hum.{name}" for line in self.lines for name in (line.size, line.angle)}
         return tuple(p for p in self.declared if p is FREQUENCY or p.name in mine)
 
-    def applicable(self, chain: Chain) -> bool:
-        """Return whether the mains can be picked up there: at F it needs a gap."""
-        return super().applicable(chain) if self.place == Place.F else Effect.applicable(self, chain)
-
-    def put_in(self, chain: Chain, values: Mapping[str, float]) -> Chain:
-        """Return ``chain`` with the lines added to a signal, or to the borders of its play operator."""
-        return super().put_in(chain, values) if self.place == Place.F else Effect.put_in(self, chain, values)
+    @property
+    def inside(self) -> bool:
+        """Return whether the lines are on the borders of the play operator, not on a signal."""
+        return self.place == Place.F
 
     def altered(self, law: Law, values: Values, grid: Grid) -> Law:
         """Return the law whose borders the mains push apart."""
@@ -84,15 +80,13 @@ class Hum(InsidePlay):
 
     def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
         """Return the addition at work."""
-        if self.place == Place.F:
+        if self.inside:
             return super().begin(values, grid, shape)
         added = self._waveform(values, grid)
         return (lambda block: block.signal + added(block)), shape
 
     def _waveform(self, values: Values, grid: Grid) -> Run:
-        """Return what makes the lines at the instants of a block; time runs from the start of the run, whose phases
-        they have.
-        """
+        """Return what makes the lines at the instants of a block; time runs from the start of the run, as phases do."""
         count = len(self.lines)
         frequency, sizes, angles, phase = values[0], values[1 : count + 1], (0.0, *values[count + 1 : -1]), values[-1]
         orders = tuple(line.order for line in self.lines)

@@ -13,18 +13,28 @@ from identify.stage import Grid, Parameter, Run, Shape, Values
 
 @dataclass(frozen=True)
 class InsidePlay(Effect, Alteration):
-    """An effect that changes how w is taken along or held; several may be inside one operator."""
+    """An effect that changes how w is taken along or held; several may be inside one operator.
+
+    In forms and at places where it is not ``inside``, it is a stage of its own.
+    """
+
+    @property
+    def inside(self) -> bool:
+        """Return whether it acts inside the play operator."""
+        return True
 
     def parameters(self) -> tuple[Parameter, ...]:
         """Return the declared parameters; forms with fewer override this."""
         return self.declared
 
     def applicable(self, chain: Chain) -> bool:
-        """Return whether there is a gap in which to act."""
-        return super().applicable(chain) and chain.stage_of(Play) is not None
+        """Return whether there is a gap in which to act, where it needs one."""
+        return super().applicable(chain) and (not self.inside or chain.stage_of(Play) is not None)
 
     def put_in(self, chain: Chain, values: Mapping[str, float]) -> Chain:
-        """Return ``chain`` with its play operator altered; ValueError when it has none."""
+        """Return ``chain`` with its play operator altered, ValueError when it has none; or with a stage of its own."""
+        if not self.inside:
+            return super().put_in(chain, values)
         play = chain.stage_of(Play)
         if play is None:
             raise ValueError(f"{self.id} needs a backlash in F")

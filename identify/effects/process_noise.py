@@ -74,6 +74,5 @@ class ProcessNoise(InsidePlay):
             return []
         small_v = SMALL_V * abs(evidence.chain.values["F.D_L"] - evidence.chain.values["F.D_U"])
         small = [{"sd": small_v, "bandwidth": b / evidence.sample_s} for b in BANDS]
-        tried = [{**values, "sd": small_v * evidence.scaled(self, values)} for values in small]
-        best = evidence.best(self, [values for values in tried if values["sd"] > 0.0])
+        best = evidence.best(self, [values for values in evidence.sized(self, "sd", small) if values["sd"] > 0.0])
         return [best] if best else []

@@ -62,6 +62,5 @@ class SelfHeating(Effect):
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the time constant that explains most with the coefficient that suits it, taken as proportional."""
         small = [{"k": SMALL, "tau": float(count) * evidence.sample_s} for count in TAUS]
-        sized = [{**values, "k": SMALL * evidence.scaled(self, values)} for values in small]
-        best = evidence.best(self, [values for values in sized if values["k"]])
+        best = evidence.best(self, [values for values in evidence.sized(self, "k", small) if values["k"]])
         return [best] if best else []

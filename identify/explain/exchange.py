@@ -38,7 +38,7 @@ def plainer(bench: "Bench", hypothesis: Hypothesis, effect: Effect) -> Hypothesi
     law, values = effect.plainer(hypothesis.fit.chain) or (effect, {})
     if law.id in hypothesis.names:
         return hypothesis
-    effects = tuple(law if e is effect else e for e in hypothesis.effects)
+    effects = hypothesis.effects_with(law, effect)
     found = bench.fitted(bench.with_effects(effects, {**hypothesis.fit.chain.values, **values}), effects)
     return found if found.advantage(hypothesis) > 0.0 else hypothesis
 
@@ -49,7 +49,7 @@ def swapped(bench: "Bench", hypothesis: Hypothesis, effect: Effect, rival: Hypot
     Beside effects that were found later a law may tell more of its values than it did alone.
     """
     law = rival.effects[-1]
-    effects = tuple(law if e is effect else e for e in hypothesis.effects)
+    effects = hypothesis.effects_with(law, effect)
     values = {**hypothesis.fit.chain.values, **rival.fit.chain.values}
     found = bench.fitted(bench.with_effects(effects, values), effects, LAPS)
     if not found.fit.converged and found.advantage(hypothesis) > -COMPARED:

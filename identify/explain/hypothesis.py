@@ -43,6 +43,10 @@ class Hypothesis:
         """Return the ids."""
         return tuple(effect.id for effect in self.effects)
 
+    def effects_with(self, law: Effect, in_place_of: Effect) -> tuple[Effect, ...]:
+        """Return the effects with ``law`` in the place of one of them."""
+        return tuple(law if effect is in_place_of else effect for effect in self.effects)
+
     def advantage(self, other: "Hypothesis", information: float | None = None) -> float:
         """Return by how much Schwarz's criterion prefers this hypothesis: twice a log of posterior odds.
 

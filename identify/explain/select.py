@@ -182,7 +182,7 @@ class Bench:
 
     def reformed(self, hypothesis: Hypothesis, effect: Effect, form: Effect) -> Hypothesis:
         """Fit ``hypothesis`` with another form of one of its effects, from the values it has."""
-        effects = tuple(form if e is effect else e for e in hypothesis.effects)
+        effects = hypothesis.effects_with(form, effect)
         chain = self.with_effects(effects, hypothesis.fit.chain.values)
         return self.fitted(form.completed(chain, Evidence(hypothesis.fit, self.observations)), effects)
 

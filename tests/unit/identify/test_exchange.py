@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from identify.effects import catalogue, chain_of
@@ -128,9 +127,28 @@ def test_what_no_first_order_foresees_is_fitted_unless_what_was_fitted_explains_
         assert len(asked) == looks
 
 
-def test_a_creep_cannot_take_more_than_all_nor_less_than_nothing() -> None:
-    (fraction, _) = CREEP.parameters()
-    assert (fraction.least, fraction.most) == (0.0, 1.0)
-    damping = catalogue()["resonance"](Place.G1).parameters()[1]
-    assert damping.least > 0.0
-    assert np.isfinite(damping.most)
+def test_a_creep_that_stands_in_for_a_leak_takes_no_more_than_all() -> None:
+    """Without end it would become the leak: a share of many times the capacitor, over as many times the time."""
+    there = bench(Concealed("leak", {"rate": 3.0}))
+    start = {"dielectric_absorption.fraction": 0.9, "dielectric_absorption.tau": 0.3}
+    found = there.fitted(there.with_effects((CREEP,), start), (CREEP,))
+    assert found.fit.chain.values["dielectric_absorption.fraction"] == pytest.approx(1.0)
+
+
+def test_a_creep_is_never_the_wrong_way_round_and_a_capacitor_never_a_map_of_the_level(tilted: Bench) -> None:
+    law = catalogue()["capacitor_nonlinearity"](Place.G2, "square")
+    start = {"capacitor_nonlinearity.k2": 1e-3, "capacitor_nonlinearity.tau": 2e-3,
+             "dielectric_absorption.fraction": 0.01, "dielectric_absorption.tau": 0.1}  # fmt: skip
+    found = tilted.fitted(tilted.with_effects((CREEP, law), start), (CREEP, law), 1)
+    names = {c.name: c for c in found.fit.coordinates}
+    share, tau = names["dielectric_absorption.fraction"], names["capacitor_nonlinearity.tau"]
+    assert share.value(share.bounded(-1e6)) == pytest.approx(0.0)
+    assert [tau.value(tau.bounded(far)) / 2e-3 for far in (-99.0, 99.0)] == pytest.approx([0.1, 10.0])
+
+
+def test_a_resonance_has_a_q_of_fifty_at_most(tilted: Bench) -> None:
+    law = catalogue()["resonance"](Place.G1)
+    start = {"resonance.w_n": 900.0, "resonance.zeta": 0.3}
+    names = {c.name: c for c in tilted.fitted(tilted.with_effects((law,), start), (law,), 1).fit.coordinates}
+    zeta = names["resonance.zeta"]
+    assert zeta.value(zeta.bounded(-1e6)) == pytest.approx(0.5 / 50.0)
