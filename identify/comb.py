@@ -119,7 +119,7 @@ def comb(evidence: "Evidence") -> Comb:
         [_answers(evidence.chain, o, u, levels, height) for o, u in zip(evidence.observations, sources, strict=True)],
         axis=1,
     )
-    return Comb(levels, *evidence.normal_of(rows, np.zeros(evidence.residual.size)))
+    return Comb(levels, *evidence.normal_of(rows))
 
 
 def _held(u: Array) -> Array:

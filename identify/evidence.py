@@ -31,18 +31,31 @@ SUBSTEPS = 1  # candidates are compared on the samples' own grid: the comparison
 class Evidence:
     """The residual of a fitted chain on its training data, and what any change of the chain would leave of it."""
 
-    def __init__(self, fitted: Fit, observations: Sequence[Observation], fine: "Evidence | None" = None) -> None:
+    def __init__(
+        self, fitted: Fit, observations: Sequence[Observation], every: Sequence[Observation] | None = None
+    ) -> None:
         """Take a fit and the observations it was made on; nothing is computed yet.
 
-        ``fine`` is the same of all samples, where ``observations`` are fewer (identify.thinning).
+        ``every`` are those of all samples, where ``observations`` are fewer (identify.thinning).
         """
         self.fitted = fitted
         self.chain = fitted.chain
         self.observations = tuple(observations)
-        self.fine = fine or self
+        self._every = tuple(every or observations)
+        self.coarse = self
         self.sample_s = 1.0 / observations[0].trace.rate_hz
         self._seen: dict[tuple[object, ...], tuple[float, float]] = {}
         self._levels: dict[Place, Levels] = {}
+        self._normals: dict[tuple[object, ...], tuple[Matrix, Array]] = {}
+
+    @cached_property
+    def fine(self) -> "Evidence":
+        """Return the same of all samples; itself where it is."""
+        if self._every == self.observations:
+            return self
+        every = Evidence(self.fitted, self._every)
+        every.coarse = self
+        return every
 
     def seen_by(self, stage: Stage) -> "Evidence":
         """Return the evidence a stage is judged on: of all samples where means of them would hide what it does."""
@@ -68,12 +81,13 @@ class Evidence:
         return found
 
     def levels(self, place: Place) -> Levels:
-        """Return what any memoryless law of the level behind a place would gain."""
+        """Return what any memoryless law of the level behind a place would gain; fewer samples tell as much of it."""
+        if self.coarse is not self:
+            return self.coarse.levels(place)
         if place not in self._levels:
             knots = knots_between(*self.range(place))
             rows = np.concatenate([weighed(hats(self.chain, place, knots, o), o) for o in self.observations], axis=1)
-            free = self.without_plain(rows)
-            self._levels[place] = Levels(knots, rows @ free.T, free @ self.residual)
+            self._levels[place] = Levels(knots, *self.normal_of(rows))
         return self._levels[place]
 
     def rates(self, place: Place) -> tuple[float, ...]:
@@ -125,6 +139,10 @@ class Evidence:
         """Return how a chain's answer differs from the fitted one's, in units of the noise."""
         with np.errstate(over="ignore", invalid="ignore"):
             return np.concatenate([tapped.change(chain) for tapped in self._tapped])
+
+    def step(self, residual: Array) -> Array:
+        """Return by how much the fitted parameters move to explain a residual to first order, in search coordinates."""
+        return np.asarray(cho_solve(self._normal, self.slopes @ residual)) if self.fitted.coordinates else np.empty(0)
 
     def left_by(self, residual: Array) -> float:
         """Return the sum of squares of a residual once the fitted parameters have moved to first order."""
@@ -184,14 +202,14 @@ class Evidence:
         moved = self.slopes @ change
         return float(self._left_over @ change), size - float(moved @ cho_solve(self._normal, moved))
 
-    def normal_of(self, rows: Matrix, change: Array) -> tuple[Matrix, Array]:
+    def normal_of(self, rows: Matrix, change: Array | None = None) -> tuple[Matrix, Array]:
         """Return curvature (m, m) and slope (m,) of chi-squared's fall along ``rows``, where ``change`` is made."""
+        right = rows @ (self.residual if change is None else self.residual - change)
         if not self.fitted.coordinates:
-            return rows @ rows.T, rows @ (self.residual - change)
+            return rows @ rows.T, right
         mimic = self.slopes @ rows.T
-        solved = cho_solve(self._normal, mimic)
-        left = rows @ self._left_over - rows @ change + solved.T @ (self.slopes @ change)
-        return rows @ rows.T - mimic.T @ solved, np.asarray(left)
+        pull = self._pull if change is None else self._pull - self.slopes @ change
+        return rows @ rows.T - mimic.T @ cho_solve(self._normal, mimic), right - mimic.T @ cho_solve(self._normal, pull)
 
     def followed(self, chain: Chain, change: Array) -> Chain:
         """Return ``chain`` with the fitted parameters moved to first order to where its ``change`` asks them to be."""
@@ -203,6 +221,11 @@ class Evidence:
         there = fit.theta + np.clip(step, -FARTHEST, FARTHEST)
         pairs = zip(fit.coordinates, there, strict=True)
         return chain.with_values({c.name: c.value(c.bounded(float(t))) for c, t in pairs})
+
+    @cached_property
+    def _pull(self) -> Array:
+        """Return what the residual asks of the fitted parameters: half the slope of chi-squared's fall along each."""
+        return np.asarray(self.slopes @ self.residual)
 
     @cached_property
     def _left_over(self) -> Array:
@@ -250,15 +273,28 @@ class Evidence:
 
     def proportions(self, effect: Effect, sizes: Mapping[str, float]) -> dict[str, float]:
         """Return the values that gain most together where the answer changes in proportion to each; empty if none."""
-        if not effect.applicable(self.chain):
-            return {}
-        changes = np.array([self.change(effect.put_in(self.chain, {name: size})) for name, size in sizes.items()])
-        free = self.without_plain(changes)
-        matrix = changes @ free.T
+        return self.proportions_beside(effect, {}, sizes, list(sizes))[0] if effect.applicable(self.chain) else {}
+
+    def proportions_beside(
+        self, effect: Effect, beside: Mapping[str, float], sizes: Mapping[str, float], names: Sequence[str]
+    ) -> tuple[dict[str, float], float]:
+        """Return the values of ``names`` that gain most together beside other values, and that fall of chi-squared.
+
+        The answer is taken to change in proportion to each of them, the rest of ``sizes`` stay zero: they are looked
+        at only once. Empty if none gains.
+        """
+        key = (effect, *beside.items(), *sizes.items())
+        if key not in self._normals:
+            chains = [effect.put_in(self.chain, {**beside, name: size}) for name, size in sizes.items()]
+            changes = np.array([self.change(chain) for chain in chains])
+            self._normals[key] = self.normal_of(changes)
+        matrix, right = self._normals[key]
+        at = [list(sizes).index(name) for name in names]
+        matrix, right = matrix[np.ix_(at, at)], right[at]
         if not np.all(np.isfinite(matrix)) or not np.any(matrix):
-            return {}
-        weights = np.linalg.pinv(matrix, rcond=1e-9, hermitian=True) @ (free @ self.residual)
-        return {name: size * float(weight) for (name, size), weight in zip(sizes.items(), weights, strict=True)}
+            return {}, 0.0
+        weights = np.linalg.pinv(matrix, rcond=1e-9, hermitian=True) @ right
+        return {name: sizes[name] * float(w) for name, w in zip(names, weights, strict=True)}, float(weights @ right)
 
     @cached_property
     def compared_v(self) -> tuple[Array, Array]:

@@ -5,6 +5,8 @@ from numba import njit
 
 from identify.trace import Array
 
+NEAR = 1e-3  # over rate times lag: there sinh is its series
+
 
 @njit(error_model="numpy", cache=True)
 def slewed(most: float, level: float, signal: Array, out: Array) -> float:
@@ -21,14 +23,18 @@ def slewed_softly(most: float, lag: float, level: float, before: float, signal: 
 
     Within a step the signal is taken as its middle, and sinh of the argument then falls as exp(-t / lag), exactly.
     """
-    reach, fall = most * lag, 1.0 / lag
+    reach, fall = most * lag, np.exp(-1.0 / lag)
     for j in range(signal.size):
         there = 0.5 * (before + signal[j])
         before = signal[j]
         far = abs(there - level) / reach
-        if far > 0.0:
-            log_sinh = far + np.log(0.5 * -np.expm1(-2.0 * far)) - fall
-            left = log_sinh + np.log(2.0) if log_sinh > 20.0 else np.arcsinh(np.exp(log_sinh))
-            level = there - np.copysign(left * reach, there - level)
+        if far > NEAR:
+            gone = np.exp(-far)
+            half = 0.5 * fall * (1.0 - gone * gone)
+            far += np.log(half + np.sqrt(half * half + gone * gone))
+        else:  # where that would lose digits
+            far *= fall * (1.0 + far * far / 6.0)
+            far *= 1.0 - far * far / 6.0
+        level = there - np.copysign(far * reach, there - level)
         out[j] = level
     return level

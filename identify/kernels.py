@@ -189,14 +189,14 @@ def best_cut(y: Array, answer: Array, use: Any, longest: int) -> tuple[Array, An
     The gain is the fall of the sum of squares when all readings from there on are compared with the answer ``count``
     samples later.
     """
-    gains, at = np.zeros(longest), np.zeros(longest, dtype=np.int64)
-    for count in range(1, longest + 1):
-        total = 0.0
-        for k in range(y.size - count - 1, -1, -1):
-            if use[k]:
-                now, later = y[k] - answer[k], y[k] - answer[k + count]
-                total += now * now - later * later
-                if total > gains[count - 1]:
-                    gains[count - 1] = total
-                    at[count - 1] = k
+    gains, at, totals = np.zeros(longest), np.zeros(longest, dtype=np.int64), np.zeros(longest)
+    for k in range(y.size - 2, -1, -1):
+        if use[k]:
+            now = y[k] - answer[k]
+            for i in range(min(longest, y.size - 1 - k)):  # without a branch: several counts go at once
+                later = y[k] - answer[k + 1 + i]
+                totals[i] += now * now - later * later
+                better = totals[i] > gains[i]
+                gains[i] = totals[i] if better else gains[i]
+                at[i] = k if better else at[i]
     return gains, at

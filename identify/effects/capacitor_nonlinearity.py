@@ -15,9 +15,11 @@ if TYPE_CHECKING:
 K1 = Parameter("capacitor_nonlinearity.k1", "1/V", scale=1e-2)
 K2 = Parameter("capacitor_nonlinearity.k2", "1/V^2", scale=1e-3)
 TAU = Parameter("capacitor_nonlinearity.tau", "s", "log", within=10.0)  # without end it would be a map of the level
-LAWS = {"square": (K2, TAU), "straight": (K1, TAU), "straight and square": (K1, K2, TAU)}
+FULLEST = "straight and square"
+LAWS = {"square": (K2, TAU), "straight": (K1, TAU), FULLEST: (K1, K2, TAU)}
 SMALL = {"k1": 1e-4, "k2": 1e-5}  # 1/V, 1/V^2: the change is looked at where it is proportional, well above rounding
 TAUS = np.geomspace(0.3, 3e3, 9)  # samples
+SIMULATED = 3  # of these, that promise most
 
 
 @final
@@ -37,7 +39,7 @@ class CapacitorNonlinearity(Effect):
     axis = "level of v"
     fingerprint = "edges faster or slower at high levels; at rest no level is wrong"
     places = (Place.G1, Place.G2)
-    forms = ("square", "straight", "straight and square")
+    forms = ("square", "straight", FULLEST)
     declared = (K1, K2, TAU)
     absent: ClassVar = {"k1": 0.0, "k2": 0.0, "tau": 1.0}
     confused_with = (
@@ -72,9 +74,9 @@ class CapacitorNonlinearity(Effect):
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the time constant that explains most with the law that suits it, taken as proportional."""
         names = [short(p.name) for p in self.parameters() if p is not TAU]
+        fullest = CapacitorNonlinearity(self.place, FULLEST)  # whose changes are those of every form
         taus = [{"tau": float(count) * evidence.sample_s} for count in TAUS]
-        sized: list[dict[str, float]] = []
-        for name in names:
-            sized += evidence.sized(self, name, [{**tau, name: SMALL[name]} for tau in taus])
-        best = evidence.best(self, [values for values in sized if any(values.get(name) for name in names)])
-        return [dict.fromkeys(names, 0.0) | best] if best else []
+        found = [(tau, *evidence.proportions_beside(fullest, tau, SMALL, names)) for tau in taus]
+        likely = sorted((one for one in found if one[1]), key=lambda one: -one[2])[:SIMULATED]
+        best = evidence.best(self, [{**tau, **values} for tau, values, _ in likely])
+        return [best] if best else []

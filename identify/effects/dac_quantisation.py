@@ -62,7 +62,7 @@ class DacQuantisation(Effect):
         low, high = evidence.range(Place.SOURCE)
         if not self.applicable(evidence.chain) or low == high:
             return []
-        found = comb(evidence)
+        found = comb(evidence.coarse)
         if found.most < LOOKED_ELSEWHERE:
             return []
         likely = [{"lsb": centred(step)} for step in found.best(high - low, WEIGHED)]

@@ -44,6 +44,7 @@ class InputClipping(Limit):
 
         A limit on one side alone also moves the middle: where there are two, they are looked for together.
         """
+        evidence = evidence.coarse
         ends = dict(zip(("lower", "upper"), evidence.range(Place.SOURCE), strict=True))
         if 0.0 in ends.values():
             return []

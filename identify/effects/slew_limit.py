@@ -15,8 +15,9 @@ if TYPE_CHECKING:
 
 RATE = Parameter("slew_limit.rate", "V/s", "log")
 LAG = Parameter("slew_limit.lag", "s", scale=1e-4, least=0.0)
-SHARPEST = 1e-3  # steps: a lag that no longer rounds
+SHARPEST = 2e-3  # steps: a lag that no longer rounds
 LAGS = (0.5, 2.0, 8.0, 32.0)  # samples
+FASTER = 1.6  # times the rate of a sharp limit that a rounded one may have which does as much
 LEAST = 0.1  # samples: the lag from which a limit that was sharp is rounded
 SHARES = (0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.97)  # of the fastest rate of w: a limit may only just be met
 
@@ -80,7 +81,8 @@ class SlewLimit(Effect):
         """Return the limit, tried at shares of the fastest rate of w, that explains most."""
         top = evidence.rates(Place.F)[-1]
         options = [{"rate": share * top} for share in SHARES]
-        if self.form:
-            options = [{**option, "lag": n * evidence.sample_s} for option in options[::2] for n in LAGS]
-        best = evidence.best(self, options)
+        best = evidence.best(SlewLimit(self.place), options)
+        if best and self.form:
+            rates = {best["rate"], FASTER * best["rate"], SHARES[-2] * top}
+            best = evidence.best(self, [{"rate": r, "lag": n * evidence.sample_s} for r in rates for n in LAGS])
         return [best] if best else []

@@ -157,14 +157,16 @@ def suspect(evidence: Evidence, correction: Correction) -> Suspect:
     """Return what a correction promises when all its weights and the plain parameters move together."""
     evidence = evidence.seen_by(correction)
     names, columns = _columns(evidence, correction)
-    kept = np.any(np.abs(columns) > DIFFERENCE, axis=1) & np.all(np.isfinite(columns), axis=1)
+    largest = np.maximum(columns.max(axis=1), -columns.min(axis=1))  # NaN where any is
+    kept = (largest > DIFFERENCE) & np.isfinite(largest)
     if not kept.any():
         return Suspect(correction, np.empty(0), np.empty(0), {})
-    names, columns = [n for n, keep in zip(names, kept, strict=True) if keep], columns[kept]
-    free = evidence.without_plain(columns)
-    values, vectors = np.linalg.eigh(free @ free.T)
+    if not kept.all():
+        names, columns = [n for n, keep in zip(names, kept, strict=True) if keep], columns[kept]
+    matrix, right = evidence.normal_of(columns)
+    values, vectors = np.linalg.eigh(matrix)
     seen = values > RANK * values[-1]
-    pulls = vectors[:, seen].T @ (free @ evidence.residual)
+    pulls = vectors[:, seen].T @ right
     weights = vectors[:, seen] @ (pulls / values[seen])
     moved = _moved(evidence, evidence.residual - weights @ columns)
     solved = {**moved, **dict(zip(names, weights.tolist(), strict=True))}
@@ -174,9 +176,8 @@ def suspect(evidence: Evidence, correction: Correction) -> Suspect:
 
 def _moved(evidence: Evidence, residual: Array) -> dict[str, float]:
     """Return the values of the fitted parameters, by full name, once they have moved to explain a residual."""
-    fit, slopes = evidence.fitted, evidence.slopes
-    prior = np.diag([c.prior_sd**-2.0 for c in fit.coordinates])
-    there = fit.theta + np.linalg.solve(slopes @ slopes.T + prior, slopes @ residual)
+    fit = evidence.fitted
+    there = fit.theta + evidence.step(residual)
     return {c.name: c.value(c.bounded(float(t))) for t, c in zip(there, fit.coordinates, strict=True)}
 
 

@@ -101,9 +101,7 @@ class Bench:
 
     def evidence(self, base: Hypothesis) -> Evidence:
         """Return what the residual of a hypothesis tells, of as few samples as tell all of it."""
-        fewer = thinned(base.fit, self.observations)
-        every = Evidence(base.fit, self.observations)
-        return every if fewer == self.observations else Evidence(base.fit, fewer, every)
+        return Evidence(base.fit, thinned(base.fit, self.observations), self.observations)
 
     def refined(self, chain: Chain) -> "Bench":
         """Return the bench with grids fine enough for ``chain``."""

@@ -48,8 +48,10 @@ def test_fewer_samples_promise_the_same_gain(name, place, concealed, values):
 
 def test_what_is_over_in_a_few_samples_is_looked_at_in_every_sample():
     every, fewer = evidences()
-    both = Evidence(every.fitted, fewer.observations, every)
-    assert both.seen_by(catalogue()["dead_time"](Place.G2)) is every
+    both = Evidence(every.fitted, fewer.observations, every.observations)
+    looked_at = both.seen_by(catalogue()["dead_time"](Place.G2))
+    assert looked_at.observations == every.observations
+    assert looked_at.coarse is both
     assert both.seen_by(catalogue()["offset_drift"](Place.SENSE)) is both
 
 
