@@ -10,21 +10,25 @@ import numpy as np
 from identify.chain import Chain, local_name
 from identify.fit import chi_squared
 from identify.observe import Observation
+from identify.stage import Parameter
 
 STARTS = 12  # phases tried around the circle
 
 
-def scanned(chain: Chain, observations: Sequence[Observation], shared: bool = True) -> Chain:
-    """Return the chain with every angle where the residual is smallest among the present and a few others.
+def angles_of(parameters: Sequence[Parameter]) -> list[Parameter]:
+    """Return those parameters that are angles."""
+    return [p for p in parameters if p.unit == "rad"]
 
-    Angles that all runs share are tried on all runs, angles of single runs on their own; with ``shared``
-    false the former stay. The chain itself is returned when none moves.
+
+def scanned(chain: Chain, observations: Sequence[Observation], angles: Sequence[Parameter]) -> Chain:
+    """Return the chain with every one of its angles where the residual is smallest among the present and a few others.
+
+    Angles that all runs share are tried on all runs, angles of single runs on their own. The chain itself is returned
+    when none moves.
     """
-    for parameter in chain.parameters():
-        if parameter.unit != "rad":
-            continue
+    for parameter in angles:
         if not parameter.local:
-            chain = _around(chain, parameter.name, chain.values[parameter.name], observations) if shared else chain
+            chain = _around(chain, parameter.name, chain.values[parameter.name], observations)
             continue
         for observation in observations:
             name = local_name(parameter.name, observation.trace.name)

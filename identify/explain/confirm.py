@@ -7,7 +7,7 @@ import numpy as np
 from identify.chain import Chain, local_name
 from identify.fit import fit
 from identify.observe import Observation, pooled_rms
-from identify.phases import scanned
+from identify.phases import angles_of, scanned
 
 BLOCKS = 40  # stretches over which differences of squared residuals are averaged
 UNFINISHED, MUCH, EVEN = 1.1, 0.05, 0.5  # times the noise left on held-out data; share of what was met; probability
@@ -22,8 +22,9 @@ def adapted(chain: Chain, observations: Sequence[Observation]) -> Chain:
     names = [p.name for p in chain.parameters() if p.local]
     new = [o for o in observations if names and local_name(names[0], o.trace.name) not in chain.values]
     shared = [p.name for p in chain.parameters() if not p.local]
+    angles = [p for p in angles_of(chain.parameters()) if p.local]
     for observation in new:
-        chain = fit(scanned(chain, [observation], shared=False), [observation], fixed=shared).chain
+        chain = fit(scanned(chain, [observation], angles), [observation], fixed=shared).chain
     return chain
 
 

@@ -11,7 +11,7 @@ from identify.evidence import Evidence, evidence_starts
 from identify.explain.explanation import Explanation, Finding
 from identify.fit import Fit, chi_squared, fit
 from identify.observe import Observation, refined
-from identify.phases import scanned
+from identify.phases import angles_of, scanned
 
 ITERATIONS = 40
 
@@ -138,7 +138,7 @@ def _again(told: Explanation, named: Effect, before: Contender | None) -> Chain 
     if before is None or before.effect is None or before.fit is None or not before.effect.applicable(base):
         return None
     chain = _valued(before.effect.put_in(base, {}), before.fit.chain)
-    return scanned(chain, told.train)
+    return scanned(chain, told.train, angles_of(chain.parameters()))
 
 
 def fitted(told: Explanation, chain: Chain, observations: Sequence[Observation]) -> Fit:
@@ -157,7 +157,9 @@ def _best(
     tried: list[tuple[Effect | None, Fit | None]] = []
     for effect in (e for e in variants if e.applicable(base.chain)):
         start = _start(evidence, effect)
-        tried += [(effect, fitted(told, scanned(start, grids), grids))] if start is not None else []
+        if start is not None:
+            turned = scanned(start, grids, angles_of(effect.parameters()))
+            tried.append((effect, fitted(told, turned, grids)))
     if warm is not None and entry.before is not None:
         tried.append((entry.before.effect, fitted(told, warm, grids)))
     count = sum(o.count for o in grids)

@@ -13,6 +13,7 @@ FALSE_DISCOVERIES = 0.01  # share of findings on the training data that may be c
 WORTH = 0.2  # share of a misfit beyond the noise an effect must explain: less is what any wrong effect absorbs
 NOISE_KNOWN = 0.01  # how well the noise's variance is known at best; misfit below this is not told from noise
 LEAST_TOLD = 10.0
+BENT = 3.0  # times what the slope where a fit was left promises that it may still gain: valleys are bent
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,11 @@ class Hypothesis:
     def parameters(self) -> int:
         """Return how many numbers were searched."""
         return len(self.fit.coordinates)
+
+    @property
+    def hope(self) -> float:
+        """Return by how much chi-squared may still fall where the fit was left, by its slope there."""
+        return BENT * self.fit.beyond
 
     @property
     def misfit(self) -> float:

@@ -254,7 +254,8 @@ def ended(bench: Bench, fitted: list[tuple[Correction, Hypothesis]]) -> list[tup
 
     A table as fine as the data was solved, and is at its end.
     """
-    close = [h.chi2 < NEAR * min(other.chi2 for _, other in fitted) for _, h in fitted]
+    best = min(h.chi2 for _, h in fitted)
+    close = [h.chi2 < NEAR * best and h.chi2 - h.hope <= best for _, h in fitted]
     if sum(close) < 2:
         return fitted
     return [

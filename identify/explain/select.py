@@ -22,7 +22,7 @@ from identify.explain.round import COMPARED, Round, counts, hopeful, passed_over
 from identify.explain.wander import all_wanders
 from identify.fit import chi_squared, fit
 from identify.observe import Observation, refined
-from identify.phases import scanned
+from identify.phases import angles_of, scanned
 from identify.stepping import alike, coarsened
 from identify.thinning import thinned
 
@@ -134,18 +134,19 @@ class Bench:
     def raced(self, base: Hypothesis, promises: Sequence[Promise]) -> list[Hypothesis]:
         """Fit candidates side by side, a few iterations at a time; one that cannot come near is not fitted further."""
         found = [self.extended(base, promise) for promise in promises]
-        hopes = [np.inf] * len(found)
+        hopes = [h.hope for h in found]
         for _ in range(LAPS):
             best = min(found, key=lambda h: h.chi2, default=base)
             reach = max(NEAR, FAR * (base.chi2 - best.chi2))
             running = [
-                not h.fit.converged and h.chi2 - best.chi2 < min(reach, max(COMPARED, hope)) and hope > DECISIVE
-                for h, hope in zip(found, hopes, strict=True)
+                not h.fit.converged and h.chi2 - best.chi2 < min(reach, max(COMPARED, more)) and more > DECISIVE
+                for h, more in zip(found, hopes, strict=True)
             ]
             if not any(running):
                 break
             lap = [self.continued(h) if runs else h for h, runs in zip(found, running, strict=True)]
-            hopes = [STEADY * (old.chi2 - new.chi2) for old, new in zip(found, lap, strict=True)]
+            gained = [STEADY * (old.chi2 - new.chi2) for old, new in zip(found, lap, strict=True)]
+            hopes = [min(gain, h.hope) for gain, h in zip(gained, lap, strict=True)]
             found = lap
         return found
 
@@ -201,7 +202,9 @@ class Bench:
             finer = finer.refined(rival.fit.chain)
         if finer is self:
             return self, this
-        tried = [finer.fitted(rival.fit.chain, rival.effects) for rival in close]
+        tried = [finer.fitted(rival.fit.chain, rival.effects, SPRINT) for rival in close]
+        reach = min(h.chi2 for h in tried) + NEAR
+        tried = [h if h.fit.converged or h.chi2 > reach else finer.fitted(h.fit.chain, h.effects) for h in tried]
         base = finer.fitted(this.base.fit.chain, this.base.effects)
         late = finer.overtaking(this, min((h.chi2 for h in tried), default=base.chi2), base)
         behind = [h for h in this.tried if not any(h is rival for rival in close)]
@@ -220,13 +223,19 @@ class Bench:
         apart = promise.chain.with_values(base.fit.chain.values)
         start = min((promise.chain, apart), key=lambda c: sum(chi_squared(c, o) for o in self.observations))
         effects = (*base.effects, effect)
-        found = self.fitted(scanned(start, self.observations), effects, SPRINT)
+        found = self.fitted(self._turned(start, effect), effects, SPRINT)
         for _ in range(TURNS):
-            turned = scanned(effect.upright(found.fit.chain), self.observations)
+            turned = self._turned(effect.upright(found.fit.chain), effect)
             if turned is found.fit.chain:
                 break
-            found = self.fitted(turned, effects)
+            before, found = found, self.fitted(turned, effects, SPRINT)
+            if found.chi2 > before.chi2 - DECISIVE:
+                return min((before, found), key=lambda h: h.chi2)
         return found
+
+    def _turned(self, chain: Chain, effect: Effect) -> Chain:
+        """Return the chain with the angles of an effect looked for all around; those of others are fitted already."""
+        return scanned(chain, self.observations, angles_of(effect.parameters()))
 
     def pruned(self, hypothesis: Hypothesis) -> Hypothesis:
         """Drop effects that no longer pay for themselves and for all laws tried, the weakest first."""
