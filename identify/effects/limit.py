@@ -13,7 +13,7 @@ from identify.stage import Grid, Parameter, Run, Shape, Values, memoryless
 if TYPE_CHECKING:
     from identify.evidence import Evidence
 
-REACHED = 0.02  # of the range of the level
+REACHED = np.geomspace(1e-5, 0.02, 8)  # of the range of the level, cut off by a limit that was not there
 
 
 @dataclass(frozen=True)
@@ -29,12 +29,14 @@ class Limit(Effect):
         return {"both": (upper, lower), "upper": (upper,), "lower": (lower,)}[self.form]
 
     def completed(self, chain: Chain, evidence: "Evidence") -> Chain:
-        """Return ``chain`` with a limit that is missing where the level just reaches it: one beyond shows no slope."""
+        """Return ``chain`` with a limit that is missing where it explains most: one beyond the level shows no slope."""
         low, high = evidence.range(self.place)
         upper, lower = self.declared
         at = {upper.name: high - REACHED * (high - low), lower.name: low + REACHED * (high - low)}
-        missing = [p.name for p in self.parameters() if not isfinite(chain.values[p.name])]
-        return chain.with_values({name: at[name] for name in missing}) if missing else chain
+        for name in (p.name for p in self.parameters() if not isfinite(chain.values[p.name])):
+            options = [chain.with_values({name: level}) for level in at[name].tolist()]
+            chain = min(options, key=lambda option: evidence.left_by(evidence.residual - evidence.change(option)))
+        return chain
 
     def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
         """Return the limit at work."""

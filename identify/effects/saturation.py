@@ -49,14 +49,13 @@ class Saturation(Limit):
         for name, end in (("upper", high), ("lower", low)):
             if self.form in ("both", name):
                 levels = [(1.0 - depth) * end for depth in DEPTHS] if end else []
-                options = [{**best, name: level} for level in levels]
+                likely = evidence.levels(Place.F).best(_clipped, [{**best, name: level} for level in levels])
                 least = [{**best, name: (1.0 - depth) * end} for depth in TOUCHED] if end else []
-                best = evidence.levels(Place.F).best(_clipped, options) or self._touched(evidence, least) or best
+                best = self._simulated(evidence, [likely, *least] if likely else least) or likely or best
         return [best] if len(best) == len(self.parameters()) else []
 
-
-    def _touched(self, evidence: "Evidence", options: list[dict[str, float]]) -> dict[str, float]:
-        """Return the limit, so near the end of the range that it is only just met, which explains most; {} for none."""
+    def _simulated(self, evidence: "Evidence", options: list[dict[str, float]]) -> dict[str, float]:
+        """Return the limit that explains most, of a likely one and those that are only just met; {} for none."""
         if self.form == "both":  # one side after the other: the one that is not there yet limits nothing
             options = [{**self.absent, **values} for values in options]
         found = evidence.best(self, options)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from identify import effects, kernels
-from identify.chain import Chain, as_promised, local_name, plain_chain, simulate
+from identify.chain import Chain, as_promised, local_name, plain_chain, signals, simulate
 from identify.effects import catalogue, chain_of, effect_of, physics_in, with_physics
 from identify.effects.inside_play import InsidePlay
 from identify.effects.offset_drift import OffsetDrift
@@ -194,6 +194,18 @@ def test_a_limit_that_was_sharp_is_rounded_from_a_lag_that_is_not_none():
     assert (sharp.values["slew_limit.lag"], begun.values["slew_limit.lag"]) == (0.0, pytest.approx(1e-5))
     assert begun.values["slew_limit.rate"] == 900.0
     assert rounded.completed(begun, Evidence(plain, (seen,))).values == begun.values
+
+
+def test_a_limit_that_was_missing_begins_where_it_explains_most():
+    chain = chain_of(model_of(OP_AMP))
+    w_top = float(np.max(signals(chain, recorded(OP_AMP, SINE))[chain.index(Place.F) - 1]))
+    rails = {"upper": 0.999 * w_top, "lower": -11.2}
+    seen = observed(recorded(OP_AMP, SINE, (Concealed("saturation", rails),)), 1e-4)
+    values = {"lower": rails["lower"]}
+    lower, both = (Saturation(Place.F, form).put_in(chain, values) for form in ("lower", "both"))
+    begun = Saturation(Place.F, "both").completed(both, Evidence(fit(lower, [seen], iterations=0), (seen,)))
+    assert begun.values["saturation.upper"] == pytest.approx(rails["upper"], rel=3e-4)
+    assert begun.values["saturation.lower"] == rails["lower"]
 
 
 def test_what_is_damped_beyond_ringing_is_no_resonance():
