@@ -332,7 +332,7 @@ def candidates(evidence: Evidence, kinds: Sequence[type[Effect]]) -> list[Candid
         for effect in kind.variants():
             if effect.applicable(evidence.chain):
                 seen = evidence.seen_by(effect)
-                starts = evidence_starts(seen, effect)
+                starts = evidence_starts(seen if effect.quick else seen.coarse, effect)
                 found += [Candidate(effect, values, seen.merit(effect, values)) for values in starts]
     return sorted((c for c in found if np.isfinite(c.gain)), key=lambda c: -c.gain)
 

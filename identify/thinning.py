@@ -1,7 +1,8 @@
 """How few samples tell the same about a mismatch, once a chain is fitted?
 
 Recordings are often sampled far faster than anything in them moves. What is screened for missing physics is then the
-mean residual of every few samples, of an answer simulated on as many fewer instants.
+mean residual of every few samples, of an answer simulated on as many fewer instants. Where the mismatch itself is
+faster, these still show where the search for slow physics may begin, but judge nothing.
 """
 
 from collections.abc import Sequence
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.chain import Chain, simulate
+from identify.colour import WHITE
 from identify.derivatives.sensitivities import sensitivities
 from identify.fit import Fit
 from identify.observe import Observation
@@ -25,18 +27,30 @@ LINE = 12.0  # over the log of how many there are: an ordinate of a periodogram 
 LEAST = 20_000  # means: with fewer nothing is slow
 
 
-def thinned(fit: Fit, observations: Sequence[Observation]) -> tuple[Observation, ...]:
-    """Return runs of fewer samples with the same residual of a fit, or the runs themselves where that loses something.
+@dataclass(frozen=True)
+class Thinned:
+    """Runs of fewer samples with the same residual of a fit, or the runs themselves where that loses the answer.
 
-    The means must hold what the samples do of every fitted parameter's slope, and of the mismatch.
+    The means hold what the samples do of every fitted parameter's slope; ``whole`` says whether of the mismatch, too.
     """
+
+    observations: tuple[Observation, ...]
+    whole: bool = True
+
+
+def thinned(fit: Fit, observations: Sequence[Observation]) -> Thinned:
+    """Return as few samples as tell the same, or as show at least what is slow."""
     count = sum(o.count for o in observations)
     factors = [m for m in FACTORS if count >= m * LEAST]
-    if not factors or any(not o.colour.white or o.trace.intersample == "bandlimited" for o in observations):
-        return tuple(observations)
+    if not factors or any(o.trace.intersample == "bandlimited" for o in observations):
+        return Thinned(tuple(observations))
     runs = [_Run(o, o.residual(fit.chain), _slopes(fit, o)) for o in observations]
-    enough = next((m for m in factors if _nothing_is_lost(runs, m)), 1)
-    return tuple(observations) if enough == 1 else tuple(run.thinned(fit.chain, enough) for run in runs)
+    factors = [m for m in factors if _slopes_are_kept(runs, m)]
+    if not factors:
+        return Thinned(tuple(observations))
+    white = all(o.colour.white for o in observations)
+    whole = next((m for m in factors if white and _mismatch_is_kept(runs, m)), None)
+    return Thinned(tuple(run.thinned(fit.chain, whole or factors[0]) for run in runs), whole is not None)
 
 
 def _slopes(fit: Fit, observation: Observation) -> Matrix:
@@ -44,7 +58,8 @@ def _slopes(fit: Fit, observation: Observation) -> Matrix:
     scales = {c.name: c.slope(float(t)) for c, t in zip(fit.coordinates, fit.theta, strict=True)}
     rows = np.zeros((len(scales), observation.trace.size))
     if scales:
-        rows[:, observation.use] = sensitivities(fit.chain, scales, replace(observation, substeps=1)).slopes()
+        bare = replace(observation, substeps=1, colour=WHITE)
+        rows[:, observation.use] = sensitivities(fit.chain, scales, bare).slopes()
     return rows
 
 
@@ -97,14 +112,18 @@ class _Run:
         trace = _fewer(o.trace, m, _source(o.trace, m))
         residual = np.concatenate((np.zeros(1), self.means(self.residual, m)))
         use = np.concatenate((np.zeros(1, np.bool_), self.whole(m)))
-        return Observation(replace(trace, y=simulate(chain, trace) + residual), use, o.noise_v / float(np.sqrt(m)))
+        noise_v = o.noise_v * o.colour.slow / float(np.sqrt(m))
+        return Observation(replace(trace, y=simulate(chain, trace) + residual), use, noise_v)
 
 
-def _nothing_is_lost(runs: Sequence[_Run], m: int) -> bool:
-    """Return whether means of ``m`` samples keep the squares of all slopes, and the residual beyond white noise."""
+def _slopes_are_kept(runs: Sequence[_Run], m: int) -> bool:
+    """Return whether means of ``m`` samples keep the squares of all slopes."""
     before, after = np.sum([run.squares(m) for run in runs], axis=0)
-    if not any(run.whole(m).any() for run in runs) or np.any(after < KEPT * before):
-        return False
+    return any(run.whole(m).any() for run in runs) and not np.any(after < KEPT * before)
+
+
+def _mismatch_is_kept(runs: Sequence[_Run], m: int) -> bool:
+    """Return whether means of ``m`` samples keep the power of the residual beyond white noise, and every line of it."""
     every, lost, lines, counts = (sum(part) for part in zip(*(run.beyond(m) for run in runs), strict=True))
     enough = (1.0 - KEPT) * max(every, 0.0)
     return bool(lines <= enough and lost <= enough + TOLD * np.sqrt(counts))

@@ -101,7 +101,9 @@ class Bench:
 
     def evidence(self, base: Hypothesis) -> Evidence:
         """Return what the residual of a hypothesis tells, of as few samples as tell all of it."""
-        return Evidence(base.fit, thinned(base.fit, self.observations), self.observations)
+        few = thinned(base.fit, self.observations)
+        evidence = Evidence(base.fit, few.observations, self.observations)
+        return evidence if few.whole else evidence.fine
 
     def refined(self, chain: Chain) -> "Bench":
         """Return the bench with grids fine enough for ``chain``."""

@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
-from identify.chain import plain_chain
+from identify.chain import plain_chain, simulate
 from identify.colour import Colour
 from identify.effects import catalogue
 from identify.evidence import Evidence
@@ -33,7 +34,7 @@ def evidences(*physics):
     traces = [recorded(OP_AMP, s, physics, NOISE_V, seed=3, start_s=9.0 * i) for i, s in enumerate(PLAYED)]
     seen = [observed(trace, NOISE_V, 8) for trace in traces]
     plain = fit(plain_chain(model_of(OP_AMP)), seen)
-    return Evidence(plain, seen), Evidence(plain, thinned(plain, seen))
+    return Evidence(plain, seen), Evidence(plain, thinned(plain, seen).observations)
 
 
 @pytest.mark.parametrize(("name", "place", "concealed", "values"), CONCEALED, ids=[c[0] for c in CONCEALED])
@@ -64,7 +65,7 @@ def test_means_keep_the_noise_of_a_sample():
 def test_a_mean_counts_where_all_its_samples_do():
     every, fewer = evidences()
     holes = [replace(o, use=o.use & (np.arange(o.use.size) % 1000 != 7)) for o in every.observations]
-    whole = thinned(every.fitted, holes)
+    whole = thinned(every.fitted, holes).observations
     factor = round(every.observations[0].trace.rate_hz / whole[0].trace.rate_hz)
     lost = sum(int(np.sum(~o.use)) for o in holes)
     assert factor > 1
@@ -72,16 +73,29 @@ def test_a_mean_counts_where_all_its_samples_do():
     assert instead == counted - lost
 
 
-def test_a_mismatch_that_differs_from_sample_to_sample_is_looked_at_in_every_sample():
-    every, _ = evidences()
+def test_a_mismatch_that_differs_from_sample_to_sample_is_judged_in_every_sample():
+    every, fewer = evidences()
+    assert thinned(every.fitted, every.observations).whole
     buzz = [
         replace(o, trace=replace(o.trace, y=o.trace.y + 0.02 * (-1.0) ** np.arange(o.trace.size)))
         for o in every.observations
     ]
-    assert thinned(every.fitted, buzz) == tuple(buzz)
+    shown = thinned(every.fitted, buzz)
+    assert not shown.whole
+    assert [o.count for o in shown.observations] == [o.count for o in fewer.observations]
 
 
-def test_coloured_noise_is_looked_at_in_every_sample():
+def test_coloured_noise_is_judged_in_every_sample_and_what_is_slow_of_it_scatters_as_told():
+    rng, colour = np.random.default_rng(5), Colour((0.5,), 1.0 / np.sqrt(0.75))
     every, _ = evidences()
-    coloured = [replace(o, colour=Colour((0.5,))) for o in every.observations]
-    assert thinned(every.fitted, coloured) == tuple(coloured)
+    clean = [simulate(every.chain, o.trace) for o in every.observations]
+    noise = [lfilter([1.0 / colour.gain], [1.0, -0.5], rng.normal(size=y.size)) * NOISE_V for y in clean]
+    coloured = [
+        replace(o, trace=replace(o.trace, y=y + n), colour=colour, substeps=1)
+        for o, y, n in zip(every.observations, clean, noise, strict=True)
+    ]
+    shown = thinned(every.fitted, coloured)
+    assert not shown.whole
+    residual = Evidence(every.fitted, shown.observations).residual
+    slow = residual[: residual.size // 50 * 50].reshape(-1, 50).sum(axis=1) / np.sqrt(50.0)
+    assert float(np.mean(np.square(slow))) == pytest.approx(1.0, abs=4.0 * np.sqrt(2.0 / slow.size))
