@@ -51,6 +51,11 @@ class CapacitorNonlinearity(Effect):
     )
     example: ClassVar = {"k1": 0.03, "k2": 0.02, "tau": 4e-3}
 
+    @property
+    def along(self) -> str:
+        """Return the level behind the block it is in."""
+        return "level of x" if self.place is Place.G2 else self.axis
+
     def parameters(self) -> tuple[Parameter, ...]:
         """Return the parameters of the form."""
         return LAWS[self.form]

@@ -68,6 +68,11 @@ class Effect(Stage):
         """Return the place behind which the signal is another: its own, unless the effect shows only further on."""
         return self.place
 
+    @property
+    def along(self) -> str:
+        """Return the coordinate along which it acts at its place: ``axis``, unless that names the signal of another."""
+        return self.axis
+
     def parameters(self) -> tuple[Parameter, ...]:
         """Return the declared parameters; forms with fewer override this."""
         return self.declared

@@ -166,7 +166,7 @@ class Answer:
     def _location_of_effects(self, first: Finding) -> Location:
         """Return where the effects act, and the stage at which the names for the first one together are likeliest."""
         train, chain = self.bench.observations, self.better.fit.chain
-        ranges = {e: acting(e.axis, e.shows_at, chain, self.without(e), train) for e in self.better.effects}
+        ranges = {e: acting(e.along, e.shows_at, chain, self.without(e), train) for e in self.better.effects}
         likely = _stages(first)
         stage = next(iter(likely))
         others = tuple(place for place, p in likely.items() if p > LIKELY and place != stage)
@@ -230,7 +230,7 @@ class Answer:
 
     def profiles(self) -> tuple[Profile, ...]:
         """Return the residual before and after along the coordinates that matter."""
-        axes = [effect.axis for effect in self.better.effects]
+        axes = [effect.along for effect in self.better.effects]
         axes += [self.beyond.best.axis] if self.beyond.significant else []
         axes += ["level of w", "clock time"]
         train, before, after = self.bench.observations, self.plain.fit.chain, self.improved.fit.chain

@@ -63,8 +63,17 @@ def test_every_effect_acts_somewhere_on_a_rig_without_a_gap_if_it_can_be_there(e
         return
     values = {name: value for name, value in effect.example.items() if f"{effect.id}.{name}" in names_of(effect)}
     run = observed(recorded(LINEAR, sine("slow", 10.0, 3.0, 5, 4), fine=4), NOISE_V)
-    found = acting(effect.axis, effect.shows_at, effect.put_in(STRAIGHT, values), STRAIGHT, [run])
+    found = acting(effect.along, effect.shows_at, effect.put_in(STRAIGHT, values), STRAIGHT, [run])
     assert all(r.low <= r.high for r in found)
+
+
+def test_a_capacitor_acts_along_the_level_on_it() -> None:
+    capacitors = [catalogue()["capacitor_nonlinearity"](place, "square") for place in (Place.G1, Place.G2)]
+    assert [capacitor.along for capacitor in capacitors] == ["level of v", "level of x"]
+    x_top = float(max(coordinate("level of x", PLAIN, seen())))
+    changed = capacitors[1].put_in(PLAIN, {"k2": 0.02, "tau": 4e-3})
+    above = acting(capacitors[1].along, Place.G2, changed, PLAIN, [seen()])[-1]
+    assert 0.5 * x_top < above.high <= 1.01 * x_top
 
 
 def names_of(effect: Effect) -> set[str]:
