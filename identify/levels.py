@@ -36,20 +36,15 @@ class Levels:
         """Return the fall of chi-squared when the level changes by ``change`` (V) at the knots."""
         return float(change @ (2.0 * self.right - self.matrix @ change))
 
-    def merit(self, change: Array) -> float:
-        """Return what speaks for a law that changes the level so: half its gain, half what its shape would gain."""
-        along, energy = float(change @ self.right), float(change @ self.matrix @ change)
-        return merit(2.0 * along - energy, along, energy)
-
     def best(self, law: Law, options: Sequence[Mapping[str, float]]) -> dict[str, float]:
         """Return the option whose law has most merit; empty when none has any."""
-        found: dict[str, float] = {}
-        most = 0.0
-        for values in options:
-            gained = self.merit(law(self.knots, values) - self.knots)
-            if gained > most:
-                found, most = {name: float(value) for name, value in values.items()}, gained
-        return found
+        if not options:
+            return {}
+        changes = np.array([law(self.knots, values) - self.knots for values in options])
+        along, energy = changes @ self.right, np.einsum("ij,ij->i", changes @ self.matrix, changes)
+        merits = [merit(2.0 * a - e, a, e) for a, e in zip(along.tolist(), energy.tolist(), strict=True)]
+        best = int(np.argmax(merits))
+        return {name: float(value) for name, value in options[best].items()} if merits[best] > 0.0 else {}
 
 
 def merit(gain: float, along: float, energy: float) -> float:

@@ -79,11 +79,12 @@ class DiodeClamp(Effect):
         return np.asarray((1.0 - slope) * n_vt * x + slope * w)
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
-        """Return the knee, the softness and the slope that the map of the level asks for."""
+        """Return the knee and the softness that the map of the level asks for, and then the slope."""
         low, high = evidence.range(Place.F)
         top = {"upper": high, "lower": -low}.get(self.side, max(high, -low))
         options = [{"knee": top * at, "n_vt": top * at * soft} for at in KNEES for soft in SOFTNESS if top > 0.0]
-        if SLOPE in self.parameters():
-            options = [{**option, "slope": slope} for option in options for slope in SLOPES]
-        best = evidence.levels(Place.F).best(lambda w, values: self.law(w, **values), options)
+        levels = evidence.levels(Place.F)
+        best = levels.best(lambda w, values: self.law(w, **values), options)
+        if best and SLOPE in self.parameters():  # it makes all of the change smaller
+            best = levels.best(lambda w, values: self.law(w, **values), [{**best, "slope": slope} for slope in SLOPES])
         return [best] if best else []

@@ -84,5 +84,6 @@ class SlewLimit(Effect):
         best = evidence.best(SlewLimit(self.place), options)
         if best and self.form:
             rates = {best["rate"], FASTER * best["rate"], SHARES[-2] * top}
-            best = evidence.best(self, [{"rate": r, "lag": n * evidence.sample_s} for r in rates for n in LAGS])
+            options = [{"rate": rate, "lag": n * evidence.sample_s} for rate in rates for n in LAGS]
+            best = evidence.coarse.best(self, options)
         return [best] if best else []
