@@ -214,3 +214,24 @@ def test_where_an_effect_is_small_its_promise_is_its_fit(concealed, kind, place)
     refitted = fit(promise.chain, seen.observations, seen.chain.values)
     assert promise.gain > 10.0
     assert seen.fitted.cost - refitted.cost == pytest.approx(promise.gain, abs=4.0)
+
+
+def test_what_two_coefficients_gain_together_is_solved_from_one_look_at_each(drifting):
+    bent, small = catalogue()["adc_nonlinearity"](Place.SENSE, "square and cube"), {"k2": 1e-5, "k3": 1e-6}
+    both, gain = drifting.proportions_beside(bent, {}, small, ["k2", "k3"])
+    one, less = drifting.proportions_beside(bent, {}, small, ["k3"])
+    assert drifting.gain(bent, both) == pytest.approx(gain, rel=1e-3)
+    assert drifting.gain(bent, {"k2": 0.0, **one}) == pytest.approx(less, rel=1e-3)
+    assert 0.0 < less < gain
+    for name in small:
+        for factor in (0.9, 1.1):
+            assert drifting.gain(bent, {**both, name: factor * both[name]}) < gain
+
+
+def test_every_form_of_a_capacitor_begins_with_the_law_that_is_there():
+    seen = evidence_of(Concealed("nonlinear capacitor in G2", {"k2": 2e-3, "tau": 2e-3}))
+    for form in ("square", "straight and square"):
+        effect = catalogue()["capacitor_nonlinearity"](Place.G2, form)
+        (start,) = effect.starts(seen)
+        assert start["k2"] == pytest.approx(2e-3, rel=0.5)
+        assert 0.3 < start["tau"] / 2e-3 < 3.0

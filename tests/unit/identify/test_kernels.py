@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
 
 from identify import altered_kernels, charging, kernels
-from identify.following import slewed
+from identify.following import slewed, slewed_softly
 
 QUICK = settings(deadline=None, max_examples=60)
 LEVELS = st.floats(-10.0, 10.0, width=32)
@@ -205,3 +206,32 @@ def test_loops_are_for_compiled_code():
         kernels.dot((1.0,), (1.0,))
     with pytest.raises(NotImplementedError, match="compiled code only"):
         kernels.advance(((1.0,),), (1.0,), (1.0,), (1.0,), 1.0, 1.0)
+
+
+@pytest.mark.parametrize("lag", [0.02, 0.5, 5.0, 60.0])
+@pytest.mark.parametrize("size", [1e-4, 1.0, 40.0])  # near: a lag; far: the rate alone
+def test_a_soft_slew_limit_solves_its_equation_within_every_step(lag, size):
+    signal, most = size * np.random.default_rng(2).normal(size=12), 1.0
+    out, before, level = np.empty(signal.size), 0.0, 0.0
+    assert slewed_softly(most, lag, 0.0, 0.0, signal, out) == out[-1]
+    for value, got in zip(signal, out, strict=True):
+        there, before = 0.5 * (before + value), value
+        law = lambda _, w, aim=there: most * np.tanh((aim - w) / (most * lag))  # noqa: E731
+        level = float(solve_ivp(law, (0.0, 1.0), [level], method="Radau", rtol=1e-10, atol=1e-14 * size).y[0, -1])
+        assert got == pytest.approx(level, rel=1e-7, abs=1e-8 * size)
+
+
+@given(st.integers(4, 40), st.integers(1, 12), st.integers(0, 99))
+@QUICK
+def test_the_best_cut_is_the_one_that_lowers_the_sum_of_squares_most(size, longest, seed):
+    rng = np.random.default_rng(seed)
+    y, answer, use = rng.normal(size=size), rng.normal(size=size), rng.random(size) < 0.7
+    gains, at = kernels.best_cut(y, answer, use, longest)
+    for count in range(1, longest + 1):
+        k = np.flatnonzero(use[: max(size - count, 0)])
+        falls = np.square(y[k] - answer[k]) - np.square(y[k] - answer[k + count])
+        sums = np.cumsum(falls[::-1])[::-1]
+        best = float(np.max(sums, initial=0.0))
+        assert gains[count - 1] == pytest.approx(best, abs=1e-9)
+        if best > 0.0:
+            assert at[count - 1] == k[int(np.argmax(sums))]

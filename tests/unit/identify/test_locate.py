@@ -8,7 +8,7 @@ import pytest
 from identify.effects import chain_of
 from identify.evidence import Evidence
 from identify.explain.corrections import ripple_hz
-from identify.explain.locate import Located, located
+from identify.explain.locate import Located, ended, located
 from identify.explain.prove import proven
 from identify.explain.select import Bench
 from identify.explain.shape import shape_of
@@ -99,3 +99,16 @@ def test_a_ripple_of_the_gap_is_found_at_its_frequency_on_the_borders() -> None:
     assert (rippled.best.place, rippled.best.form) == (Place.F, "ripple of the gap")
     assert rippled.best.knots[0] == pytest.approx(86.3, abs=0.5)
     assert rippled.share > 0.95
+
+
+def test_corrections_are_fitted_to_the_end_where_that_could_change_which_is_best(monkeypatch) -> None:
+    there = bench()
+    base, knots = there.fitted(there.plain, ()), tuple(np.linspace(-18.0, 14.0, 9).tolist())
+    first, second = (LevelMap(place, knots) for place in (Place.F, Place.SENSE))
+    left = replace(base, fit=replace(base.fit, converged=False, beyond=2.0))
+    asked: list[object] = []
+    monkeypatch.setattr(Bench, "fitted", lambda self, chain, effects: asked.append(chain) or left)
+    for behind, fits in ((3.0, 2), (300.0, 0)):
+        asked.clear()
+        ended(there, [(first, left), (second, replace(left, chi2=left.chi2 + behind))])
+        assert len(asked) == fits

@@ -15,6 +15,7 @@ from identify.explain.rivals import odds
 from identify.explain.round import Round, unforeseen
 from identify.explain.select import DECISIVE, Bench, selected
 from identify.fit import chi_squared
+from identify.phases import angles_of, scanned
 from identify.stage import Place
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP, RC
@@ -227,3 +228,56 @@ def test_what_was_passed_over_is_fitted_where_the_grid_of_the_fits_brings_it_nea
     (late,) = bench.overtaking(this, only.chi2, base)
     assert late.chi2 < only.chi2
     assert late.fit.chain.values["extra_pole.tau"] == pytest.approx(63.4e-6, rel=0.1)
+
+
+def test_a_fit_is_continued_only_where_its_slope_promises_more_and_it_gains(bench, monkeypatch):
+    """One sprint was not the end of it; whether there is a next lap is what its slope says, then what laps gain."""
+    base, rail = bench.fitted(bench.plain, ()), fitted(bench, RAIL)
+    promise = Promise(Candidate(RAIL, {}, 0.0), bench.plain, 0.0)
+    laps: list[Hypothesis] = []
+    for beyond, gain, count in ((0.1, 5.0, 0), (5.0, 0.0, 1), (5.0, 5.0, 12)):
+        left = replace(rail, fit=replace(rail.fit, converged=False, beyond=beyond))
+        monkeypatch.setattr(Bench, "extended", lambda self, base, promise, left=left: left)
+        monkeypatch.setattr(
+            Bench, "continued", lambda self, h, gain=gain: laps.append(h) or replace(h, chi2=h.chi2 - gain)
+        )
+        laps.clear()
+        (found,) = bench.raced(base, [promise])
+        assert len(laps) == count
+        assert found.chi2 == pytest.approx(rail.chi2 - count * gain)
+
+
+def test_a_rival_far_behind_is_not_fitted_to_the_end_on_finer_grids(bench, monkeypatch):
+    base, rail, diode = bench.fitted(bench.plain, ()), fitted(bench, RAIL), fitted(bench, DIODE)
+    asked: list[tuple[tuple[Effect, ...], int]] = []
+
+    def fitting(diode_chi2):
+        mine = {(): base, (RAIL,): rail, (DIODE,): replace(diode, chi2=diode_chi2)}
+
+        def again(self, chain, effects, iterations=40):
+            asked.append((tuple(effects), iterations))
+            h = mine[tuple(effects)]
+            return replace(h, fit=replace(h.fit, converged=iterations > 4))
+
+        return again
+
+    monkeypatch.setattr(Bench, "refined", lambda self, chain: replace(self))
+    monkeypatch.setattr(Round, "close", property(lambda self: self.tried))
+    for behind, ended in ((500.0, {(RAIL,), ()}), (20.0, {(RAIL,), (DIODE,), ()})):
+        asked.clear()
+        monkeypatch.setattr(Bench, "fitted", fitting(rail.chi2 + behind))
+        bench.decided(Round(base, (), (rail, diode)))
+        assert {effects for effects, iterations in asked if iterations > 4} == ended
+
+
+def test_only_the_angles_of_what_is_added_are_looked_for_all_around():
+    line = {"frequency": 50.0, "amplitude": 0.05, "third": 0.0, "fifth": 0.0}
+    trace = recorded(RC, sine("fast", 31.25, 8.0, 8, 1), (Concealed("hum at sense", line),))
+    seen = (observed(trace, 1e-3),)
+    hum, plain = catalogue()["hum"](Place.SENSE, ""), chain_of(model_of(RC))
+    chain = hum.put_in(plain, {**line, "phase": 2.0})
+    turned = scanned(chain, seen, angles_of(hum.parameters()))
+    phase = f"hum.phase[{trace.name}]"
+    assert sum(chi_squared(turned, o) for o in seen) < 0.2 * sum(chi_squared(chain, o) for o in seen)
+    assert turned.values[phase] != pytest.approx(2.0, abs=0.3)
+    assert scanned(chain, seen, angles_of(RAIL.parameters())) is chain
