@@ -32,7 +32,7 @@ class ClockSkew(Effect):
         "The clocks of DAC and ADC differ by {} (positive: the ADC's is fast, it reads ever earlier). Share one clock "
         "or one trigger per period, or resample the reading."
     )
-    axis = "time"
+    axis = "time in a run"
     fingerprint = "phase error grows with time"
     quick = True
     places = (Place.SENSE,)

@@ -33,7 +33,7 @@ class InputAcCoupling(Effect):
         "The input is AC-coupled, held levels decay: {}. A series capacitor, or a generator set to AC, does that; "
         "bridge it or switch the input to DC."
     )
-    axis = "time"
+    axis = "frequency"
     fingerprint = "v sags during a hold and may cross the gap back"
     places = (Place.SOURCE,)
     declared = (T,)

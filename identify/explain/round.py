@@ -121,6 +121,12 @@ def unforeseen(promises: Sequence[Promise], fitted: Sequence[Promise]) -> list[P
     return sorted(left, key=lambda p: -p.candidate.gain)[:UNFORESEEN]
 
 
+def outdone(promises: Sequence[Promise], fitted: Sequence[Promise], fall: float) -> list[Promise]:
+    """Return what was not fitted although it promises more than the best fit kept: the best promise was a mistake."""
+    left = [p for p in promises if p not in fitted and p.gain > fall]
+    return sorted(left, key=lambda p: -p.gain)[:FITTED_A_ROUND]
+
+
 def promising(promises: Sequence[Promise], tried: int, runs: int) -> list[Promise]:
     """Return what is worth a fit: what chance has hardly made, and whose fit may come near that of the best."""
     told = [p for p in promises if is_discovery(chance(p.candidate, p.gain + p.slack, runs) / SLACK, tried)]

@@ -18,7 +18,7 @@ from identify.explain.chance import scatters_more
 from identify.explain.exchange import exchanged
 from identify.explain.hypothesis import NOISE_KNOWN, WORTH, Hypothesis
 from identify.explain.promise import Promise, promised
-from identify.explain.round import COMPARED, Round, counts, hopeful, passed_over, promising, ranked, unforeseen
+from identify.explain.round import COMPARED, Round, counts, hopeful, outdone, passed_over, promising, ranked, unforeseen
 from identify.explain.wander import all_wanders
 from identify.fit import chi_squared, fit
 from identify.observe import Observation, refined
@@ -117,7 +117,9 @@ class Bench:
         runs = len(self.observations)
         hopes = [promised(evidence, c) for c in hopeful(screened, runs)]
         worth = promising(hopes, len(screened), runs)
-        tried = self.doubled(base, self.raced(base, worth))
+        tried = self.raced(base, worth)
+        late = outdone(hopes, worth, base.chi2 - min((h.chi2 for h in tried), default=base.chi2)) if tried else []
+        worth, tried = [*worth, *late], self.doubled(base, [*tried, *self.raced(base, late)])
         left_over = min((h.misfit for h in tried), default=base.misfit)
         if not left_over < self.noise_known < base.misfit:
             left = unforeseen(hopes, worth)

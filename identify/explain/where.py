@@ -16,15 +16,15 @@ MOST = 0.95  # share of an effect's energy that the stretch reported must hold
 SPECTRAL = ("frequency", "mains lines")
 FAINT = 0.2  # of its largest value: where a change below the noise everywhere counts as seen
 LEAST = 0.05  # share of the energy below which a side of a level axis is not mentioned
-UNITS = {"frequency": "Hz", "clock time": "s", "time on a plateau": "s", "mains lines": "Hz"}
+UNITS = {"frequency": "Hz", "clock time": "s", "time in a run": "s", "time on a plateau": "s", "mains lines": "Hz"}
 UNITS |= {f"rate of {signal}": "V/s" for signal in "vwxy"}
 
 
 def coordinate(axis: str, chain: Chain, observation: Observation) -> Array:
     """Return the coordinate of every sample along an axis of time or level, shape (N,)."""
     trace = observation.trace
-    if axis == "clock time":
-        return trace.start_s + np.arange(trace.size) / trace.rate_hz
+    if axis in ("clock time", "time in a run"):
+        return (trace.start_s if axis == "clock time" else 0.0) + np.arange(trace.size) / trace.rate_hz
     if axis == "level of u":
         return trace.u[:]
     taps = signals(chain, trace)
@@ -37,7 +37,7 @@ def coordinate(axis: str, chain: Chain, observation: Observation) -> Array:
 def _tap(chain: Chain, taps: Sequence[Array], signal: str) -> Array:
     """Return v, w, x or y; w is what F itself makes, before physics put behind it."""
     places = {"v": Place.G1, "x": Place.G2, "y": Place.SENSE}
-    return taps[chain.index(places[signal]) - 1] if signal in places else taps[_tap_of_w(chain)]
+    return taps[_tap_of_w(chain) if signal == "w" else chain.index(places[signal]) - 1]
 
 
 def _still(chain: Chain, taps: Sequence[Array], trace: Trace) -> Mask:

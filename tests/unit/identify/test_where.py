@@ -1,5 +1,7 @@
 """Where on its coordinate does an effect act?"""
 
+from dataclasses import replace
+
 import pytest
 
 from identify.effects import catalogue, chain_of
@@ -65,6 +67,16 @@ def test_every_effect_acts_somewhere_on_a_rig_without_a_gap_if_it_can_be_there(e
     run = observed(recorded(LINEAR, sine("slow", 10.0, 3.0, 5, 4), fine=4), NOISE_V)
     found = acting(effect.along, effect.shows_at, effect.put_in(STRAIGHT, values), STRAIGHT, [run])
     assert all(r.low <= r.high for r in found)
+
+
+def test_a_skew_acts_where_a_run_has_gone_far_enough_whenever_it_began() -> None:
+    run = seen(sine("slow", 10.0, 3.0, 20, 4))
+    late = replace(run, trace=replace(run.trace, start_s=1000.0))
+    skewed = catalogue()["clock_skew"](Place.SENSE)
+    found = [acting(skewed.along, Place.SENSE, skewed.put_in(PLAIN, {"ppm": 60.0}), PLAIN, [o]) for o in (run, late)]
+    assert found[0] == found[1]
+    assert 0.05 < found[0][0].low < found[0][0].high <= run.trace.size / run.trace.rate_hz
+    assert found[0][0].unit == "s"
 
 
 def test_a_capacitor_acts_along_the_level_on_it() -> None:
