@@ -1,5 +1,6 @@
 """The generator's output has steps: it cannot say every voltage."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
@@ -8,10 +9,12 @@ from identify.blocks import Source
 from identify.chain import Chain
 from identify.comb import FINEST, centred, comb, rounded
 from identify.effects.effect import Confusion, Effect
+from identify.fit import chi_squared
 from identify.stage import Grid, Parameter, Place, Run, Shape, Values, memoryless
 
 if TYPE_CHECKING:
     from identify.evidence import Evidence
+    from identify.observe import Observation
 
 # The size is found by comparing all (identify.comb). A fit moves it within those that round alike, and its interval is
 # that of the errors' size: the far narrower one of the edges, along which nothing has a slope, is not told.
@@ -20,6 +23,7 @@ WEIGHED = 3  # sizes compared with the plain parameters moved
 LARGE, SHARE = 1e3, 0.1  # fall of chi-squared, and share of what is to explain, from which a size is found more closely
 SHARES = (0.1, 0.3, 0.5, 0.7, 0.9)  # of the way through the sizes that round that alike
 CLOSER = (-0.1, -0.05, 0.05, 0.1)
+TOLD, ZOOMS, TRIED, CLOSER_STILL = 3e-4, 3, 12, 5.0  # share of a step that is looked around it, in ever smaller parts
 LOOKED_ELSEWHERE = 12.0 + 2.0 * np.log(FINEST)  # chi-squared: more than the best of so many sizes gains on noise
 
 
@@ -74,6 +78,16 @@ class DacQuantisation(Effect):
             return []
         likely_so = gain > max(LARGE, SHARE * (evidence.left - evidence.residual.size))
         return [self._within(evidence, *found.alike(best["lsb"]), best) if likely_so else best]
+
+    def resettled(self, chain: Chain, observations: "Sequence[Observation]") -> Chain:
+        """Return ``chain`` with the step that rounds the fewest levels to a wrong one; ever closer ones are tried."""
+        reach = TOLD
+        for _ in range(ZOOMS):
+            near = [centred(chain.values[LSB.name] * (1.0 + reach * share)) for share in np.linspace(-1.0, 1.0, TRIED)]
+            options = [chain, *(chain.with_values({LSB.name: lsb}) for lsb in near)]
+            chain = min(options, key=lambda option: sum(chi_squared(option, o) for o in observations))
+            reach /= CLOSER_STILL
+        return chain
 
     def _within(self, evidence: "Evidence", least: float, most: float, best: dict[str, float]) -> dict[str, float]:
         """Return the step between two that explains most: what is held long rounds alike, all else tells them apart."""

@@ -18,6 +18,7 @@ from identify.trace import Array
 
 if TYPE_CHECKING:
     from identify.evidence import Evidence
+    from identify.observe import Observation
 
 
 @dataclass(frozen=True)
@@ -111,6 +112,13 @@ class Effect(Stage):
 
     def upright(self, chain: Chain) -> Chain:
         """Return ``chain`` with this effect's values in their one form, where several say the same; itself if so."""
+        return chain
+
+    def resettled(self, chain: Chain, observations: "Sequence[Observation]") -> Chain:
+        """Return ``chain`` with values of this effect to which no slope leads looked for anew, beside all the rest.
+
+        Itself where there are none.
+        """
         return chain
 
     def completed(self, chain: Chain, evidence: "Evidence") -> Chain:

@@ -251,6 +251,13 @@ class Bench:
             hypothesis = best
         return self.simplified(hypothesis)
 
+    def resettled(self, hypothesis: Hypothesis) -> Hypothesis:
+        """Return the hypothesis with values that no slope leads to looked for once more, now that the rest is known."""
+        chain = hypothesis.fit.chain
+        for effect in hypothesis.effects:
+            chain = effect.resettled(chain, self.observations)
+        return hypothesis if chain is hypothesis.fit.chain else self.fitted(chain, hypothesis.effects)
+
     def simplified(self, hypothesis: Hypothesis) -> Hypothesis:
         """Take simpler forms of effects, with fewer parameters, where the others do not pay."""
         for effect in hypothesis.effects:
@@ -296,4 +303,4 @@ def selected(
         bench = finer
         if all_wanders(best, bench.observations):
             break
-    return bench, bench.pruned(best), rounds
+    return bench, bench.resettled(bench.pruned(best)), rounds

@@ -281,3 +281,18 @@ def test_only_the_angles_of_what_is_added_are_looked_for_all_around():
     assert sum(chi_squared(turned, o) for o in seen) < 0.2 * sum(chi_squared(chain, o) for o in seen)
     assert turned.values[phase] != pytest.approx(2.0, abs=0.3)
     assert scanned(chain, seen, angles_of(RAIL.parameters())) is chain
+
+
+def test_steps_of_a_dac_are_looked_for_closer_once_the_rest_is_known():
+    """A level that is rounded to a wrong step shows in no slope; in another run it may be one that is held long."""
+    lsb = 0.013452527
+    slow = sine("slow", 1e4 / 3187, 8.0, 2, 1)  # many levels
+    dac = catalogue()["dac_quantisation"](Place.SOURCE)
+    trace = recorded(OP_AMP, slow, (Concealed("dac_quantisation", {"lsb": lsb}),), 1e-3, seed=5)
+    bench = Bench(chain_of(model_of(OP_AMP)), (observed(trace, 1e-3, 1),), (), (type(dac),))
+    off = bench.fitted(bench.with_effects([dac], {"dac_quantisation.lsb": lsb * (1.0 + 2e-4)}), [dac])
+    found = bench.resettled(off)
+    assert found.chi2 < off.chi2 - 20.0
+    assert abs(found.fit.chain.values["dac_quantisation.lsb"] / lsb - 1.0) < 5e-5
+    rail = fitted(bench, RAIL)
+    assert bench.resettled(rail) is rail
