@@ -13,6 +13,7 @@ from identify.fit import Fit
 from identify.stage import Place
 
 NEGLIGIBLE = 0.05  # share of what an effect explains that may remain without casting doubt on its name
+BY_THE_CLOCK = 0.5  # the same of what goes with the clock, where the effect does not: its law could not make that
 SAME_PLACE = 0.4  # share of what a name leaves that a free-form correction at its own place may explain
 STRONG = 10.0  # of Schwarz's criterion: very strong evidence (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773)
 
@@ -54,7 +55,9 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
 
 def _doubtful(beyond: Located, effect: Effect, told: float) -> bool:
     """Return whether an effect that explained ``told`` of chi-squared leaves what its own law should have explained."""
-    more = left_to_explain(beyond) > NEGLIGIBLE * told and beyond.share_at(effect.place) > SAME_PLACE
+    another_thing = beyond.best.axis == "clock time" != effect.along
+    little = (BY_THE_CLOCK if another_thing else NEGLIGIBLE) * told
+    more = left_to_explain(beyond) > little and beyond.share_at(effect.place) > SAME_PLACE
     return more or unheard(beyond, told) > 1.0
 
 
