@@ -261,9 +261,10 @@ class Bench:
     def simplified(self, hypothesis: Hypothesis) -> Hypothesis:
         """Take simpler forms of effects, with fewer parameters, where the others do not pay."""
         for effect in hypothesis.effects:
-            for simpler in effect.simpler():
-                found = self.reformed(hypothesis, effect, simpler)
-                hypothesis = found if found.advantage(hypothesis) > 0.0 else hypothesis
+            found = [self.reformed(hypothesis, effect, simpler) for simpler in effect.simpler()]
+            best = max(found, key=lambda h: h.advantage(hypothesis), default=hypothesis)
+            if best.advantage(hypothesis) > 0.0:
+                return self.simplified(best)
         return hypothesis
 
     def without(self, hypothesis: Hypothesis, effect: Effect) -> Hypothesis:

@@ -296,3 +296,16 @@ def test_steps_of_a_dac_are_looked_for_closer_once_the_rest_is_known():
     assert abs(found.fit.chain.values["dac_quantisation.lsb"] / lsb - 1.0) < 5e-5
     rail = fitted(bench, RAIL)
     assert bench.resettled(rail) is rail
+
+
+@pytest.mark.parametrize("side", ["upper", "lower"])
+def test_a_limit_that_is_not_met_is_let_go(side):
+    rails = {"upper": 11.0, "lower": -12.3}
+    there = Concealed("saturation", {"upper": float("inf"), "lower": float("-inf")} | {side: rails[side]})
+    trace = recorded(OP_AMP, staircase("walk", FIG13_LEVELS_V, 0.02), (there,), NOISE_V, seed=7)
+    bench = Bench(chain_of(model_of(OP_AMP)), (observed(trace, NOISE_V),), (), tuple(catalogue().values()))
+    both = catalogue()["saturation"](Place.F, "both")
+    values = {"saturation.upper": 13.9, "saturation.lower": -17.9} | {f"saturation.{side}": rails[side]}
+    found = bench.simplified(bench.fitted(bench.with_effects((both,), values), (both,)))
+    assert [effect.form for effect in found.effects] == [side]
+    assert found.fit.chain.values[f"saturation.{side}"] == pytest.approx(rails[side], abs=0.02)
