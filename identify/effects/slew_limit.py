@@ -85,5 +85,5 @@ class SlewLimit(Effect):
         if best and self.form:
             rates = {best["rate"], FASTER * best["rate"], SHARES[-2] * top}
             options = [{"rate": rate, "lag": n * evidence.sample_s} for rate in rates for n in LAGS]
-            best = evidence.coarse.best(self, options)
+            best = max(options, key=lambda values: evidence.coarse.gain(self, values))  # it has no size to be scaled
         return [best] if best else []
