@@ -12,7 +12,7 @@ from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located
 from identify.explain.promise import Promise
 from identify.explain.rivals import odds
-from identify.explain.round import Round, unforeseen
+from identify.explain.round import Round, outdone, unforeseen
 from identify.explain.select import DECISIVE, Bench, selected
 from identify.fit import chi_squared
 from identify.phases import angles_of, scanned
@@ -169,6 +169,32 @@ def test_what_first_order_does_not_foresee_is_fitted_where_its_start_gains_much(
         promise(BYPASS, 60.0, -20.0, 80.0), promise(DIODE, 60.0, 20.0, 5.0), promise(BYPASS, 10.0, -20.0, 80.0),
     )  # fmt: skip
     assert unforeseen([sure, mistaken, faint, fitted], [fitted]) == [mistaken]
+
+
+def test_what_promises_more_than_the_best_fit_kept_is_fitted_too(bench, monkeypatch):
+    base, rail = bench.fitted(bench.plain, ()), fitted(bench, RAIL)
+    first, second, third = (
+        Promise(Candidate(effect, {}, 0.0), bench.plain, gain)
+        for effect, gain in ((DIODE, 900.0), (RAIL, 300.0), (BYPASS, 50.0))
+    )
+    assert outdone([first, second, third], [first], 100.0) == [second]
+    assert outdone([first, second, third], [first], 900.0) == []
+    asked: list[list[Promise]] = []
+
+    def raced(self, base, promises):
+        asked.append(list(promises))
+        fall = {DIODE: 100.0, RAIL: 290.0}
+        return [replace(rail, chi2=base.chi2 - fall[p.candidate.effect]) for p in promises]
+
+    monkeypatch.setattr(Bench, "raced", raced)
+    monkeypatch.setattr("identify.explain.select.hopeful", lambda screened, runs: [first, second, third])
+    monkeypatch.setattr("identify.explain.select.promised", lambda evidence, hope: hope)
+    monkeypatch.setattr("identify.explain.select.promising", lambda hopes, tried, runs: [first])
+    monkeypatch.setattr(Bench, "doubled", lambda self, base, tried: list(tried))
+    monkeypatch.setattr(Bench, "fuller", lambda self, base, tried: [])
+    this = bench.round(base)
+    assert asked[:2] == [[first], [second]]
+    assert base.chi2 - this.tried[0].chi2 == pytest.approx(290.0)
 
 
 def test_a_fit_on_coarser_grids_ends_where_one_on_the_grids_of_the_bench_does():
