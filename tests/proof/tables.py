@@ -23,6 +23,7 @@ RIGHT = "one effect: right name first, no other"
 WITHIN = "one effect: right name among at most 3"
 WRONG = "one effect: a wrong name called likelier than not"
 COVERED = "parameters within their 95 % interval"
+AS_ONE = "names for exactly the same data taken as one"
 FOREMOST = (FALSE_ALARM, RIGHT, WITHIN, WRONG, COVERED)
 WEAK = 0.8
 Z_BANDS = (10.0, 30.0, 100.0, 1000.0, np.inf)
@@ -60,7 +61,9 @@ def _asked(outcomes: Sequence[Outcome], twins: Twins) -> Rows:
         (COVERED, "90 %", str(intervals(single))),
         ("`explained`: held-out residual at most 1.1 x noise", "all", str(proven(outcomes))),
         ("two effects: both named", "80 %", str(share(pair, lambda o: set(o.ids) <= set(o.names)))),
+        (f"both named, {AS_ONE}", "", str(share(pair, lambda o: _kinds(o.ids, twins) <= _kinds(o.names, twins)))),
         ("two effects: at least one, and no wrong name", "97 %", str(share(pair, _one_and_no_wrong))),
+        (f"one and no wrong name, {AS_ONE}", "", str(share(pair, lambda o: _one_and_none_else(o, twins)))),
         ("outside the catalogue: right stage", "85 %", str(share(outside, lambda o: o.placed))),
         ("outside: a wrong name called likelier than not", "at most 5 %", str(share(outside, confident_and_wrong))),
         ("outside: no name at all", "", str(share(outside, lambda o: not o.names))),
@@ -72,6 +75,15 @@ def _alike(outcome: Outcome, twins: Twins) -> bool:
     """Return whether the one name given is the right one, or one that no experiment tells from it."""
     (true,) = outcome.ids
     return len(outcome.names) == 1 and outcome.names[0] in (true, *twins.get(true, ()))
+
+
+def _kinds(names: Sequence[str], twins: Twins) -> set[str]:
+    """Return names, each of those that no experiment tells apart by the first of them."""
+    return {min((name, *twins.get(name, ()))) for name in names}
+
+
+def _one_and_none_else(outcome: Outcome, twins: Twins) -> bool:
+    return bool(outcome.names) and _kinds(outcome.names, twins) <= _kinds(outcome.ids, twins)
 
 
 def _one_and_no_wrong(outcome: Outcome) -> bool:

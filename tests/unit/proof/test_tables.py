@@ -98,6 +98,16 @@ def test_the_short_table_counts_what_was_asked_for():
     assert told["simulations' time an answer (median; most)"] == "1,500; 1,500"
 
 
+def test_of_two_effects_a_name_for_exactly_the_same_data_is_counted_apart():
+    swapped = entry("pair", ["saturation", "hum"], ("echo", "G2", 0.5, []), ("hum", "sense", 0.9, []))
+    table = short([opened(swapped)], {"saturation": ("echo",), "echo": ("saturation",)}).splitlines()
+    told = dict(line.strip("| ").split(" | ")[::2] for line in table if line.startswith("| "))
+    rows = ("two effects: both named", "two effects: at least one, and no wrong name")
+    assert [told[row] for row in rows] == ["0 of 1 (0 %)"] * 2
+    alike = "names for exactly the same data taken as one"
+    assert [told[f"{what}, {alike}"] for what in ("both named", "one and no wrong name")] == ["1 of 1 (100 %)"] * 2
+
+
 def test_odds_are_compared_with_what_was_true():
     claims = [claim for o in ALL for claim in o.claims()]
     assert [(c.probability, c.true) for c in claims] == [
