@@ -4,10 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import log
 
+from identify.candidates import evidence_starts
 from identify.chain import Chain
 from identify.effects import catalogue
 from identify.effects.effect import Effect
-from identify.evidence import Evidence, evidence_starts
+from identify.evidence import Evidence
 from identify.explain.explanation import Explanation, Finding
 from identify.fit import Fit, chi_squared, fit
 from identify.observe import Observation, refined

@@ -16,7 +16,7 @@ from identify.explain.everywhere import everywhere
 from identify.explain.explanation import Explanation
 from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
 from identify.explain.locate import located
-from identify.explain.neighbours import settled
+from identify.explain.neighbours import resettled, settled
 from identify.explain.readings import Look, Readings, counts_another, hides_noise, loses, read, reread
 from identify.explain.select import Bench, selected
 from identify.explain.survey import surveyed
@@ -63,6 +63,7 @@ def _explained(
     note("locating the mismatch", 0.1)
     seen = surveyed(bench, plain)
     bench, final, rounds = selected(bench, plain, note)
+    final = resettled(bench, final)
     if look.against is None and hides_noise(readings, bench, final, look.leave_out):
         return _explained(model, traces, hold_out, note, replace(look, against=final.fit.chain))
     note("checking the names against free-form corrections", 0.75)

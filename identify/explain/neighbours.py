@@ -38,6 +38,14 @@ def settled(bench: Bench, best: Hypothesis) -> tuple[Hypothesis, tuple[Fit, ...]
     return best, tuple(f for f in near if best.fit.distance(f) > ELSEWHERE)
 
 
+def resettled(bench: Bench, hypothesis: Hypothesis) -> Hypothesis:
+    """Return the hypothesis with values that no slope leads to looked for once more, now that the rest is known."""
+    chain = hypothesis.fit.chain
+    for effect in hypothesis.effects:
+        chain = effect.resettled(chain, bench.observations)
+    return hypothesis if chain is hypothesis.fit.chain else bench.fitted(chain, hypothesis.effects)
+
+
 def spanning(name: str, inflation: float, fit: Fit, others: tuple[Fit, ...]) -> Interval:
     """Return the 95 % interval of a value, wide enough for every place at which the data may put it."""
     low, high = zip(*(f.ci95(name, inflation) for f in (fit, *others)), strict=True)

@@ -10,10 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import LinAlgError
 
+from identify.candidates import Candidate
 from identify.chain import Chain
 from identify.coordinate import Coordinate, coordinates_of
 from identify.derivatives.sensitivities import DIFFERENCE
-from identify.evidence import Candidate, Evidence, Matrix
+from identify.evidence import Evidence, Matrix
 from identify.fit import HALVED
 from identify.quadratic import boxed_step
 from identify.taps import Tapped

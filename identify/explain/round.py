@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from scipy.stats import chi2 as chi2_distribution
 
-from identify.evidence import Candidate
+from identify.candidates import Candidate
 from identify.explain.hypothesis import Hypothesis, is_angle, is_discovery
 from identify.explain.promise import Promise
 

@@ -11,9 +11,10 @@ from math import isfinite, log
 import numpy as np
 from scipy.linalg import LinAlgError
 
+from identify.candidates import candidates
 from identify.chain import Chain
 from identify.effects.effect import Effect
-from identify.evidence import Evidence, candidates
+from identify.evidence import Evidence
 from identify.explain.chance import scatters_more
 from identify.explain.exchange import exchanged
 from identify.explain.hypothesis import NOISE_KNOWN, WORTH, Hypothesis
@@ -227,19 +228,16 @@ class Bench:
         apart = promise.chain.with_values(base.fit.chain.values)
         start = min((promise.chain, apart), key=lambda c: sum(chi_squared(c, o) for o in self.observations))
         effects = (*base.effects, effect)
-        found = self.fitted(self._turned(start, effect), effects, SPRINT)
+        angles = angles_of(effect.parameters())  # those of others are fitted already
+        found = self.fitted(scanned(start, self.observations, angles), effects, SPRINT)
         for _ in range(TURNS):
-            turned = self._turned(effect.upright(found.fit.chain), effect)
+            turned = scanned(effect.upright(found.fit.chain), self.observations, angles)
             if turned is found.fit.chain:
                 break
             before, found = found, self.fitted(turned, effects, SPRINT)
             if found.chi2 > before.chi2 - DECISIVE:
                 return min((before, found), key=lambda h: h.chi2)
         return found
-
-    def _turned(self, chain: Chain, effect: Effect) -> Chain:
-        """Return the chain with the angles of an effect looked for all around; those of others are fitted already."""
-        return scanned(chain, self.observations, angles_of(effect.parameters()))
 
     def pruned(self, hypothesis: Hypothesis) -> Hypothesis:
         """Drop effects that no longer pay for themselves and for all laws tried, the weakest first."""
@@ -250,13 +248,6 @@ class Bench:
                 break
             hypothesis = best
         return self.simplified(hypothesis)
-
-    def resettled(self, hypothesis: Hypothesis) -> Hypothesis:
-        """Return the hypothesis with values that no slope leads to looked for once more, now that the rest is known."""
-        chain = hypothesis.fit.chain
-        for effect in hypothesis.effects:
-            chain = effect.resettled(chain, self.observations)
-        return hypothesis if chain is hypothesis.fit.chain else self.fitted(chain, hypothesis.effects)
 
     def simplified(self, hypothesis: Hypothesis) -> Hypothesis:
         """Take simpler forms of effects, with fewer parameters, where the others do not pay."""
@@ -304,4 +295,4 @@ def selected(
         bench = finer
         if all_wanders(best, bench.observations):
             break
-    return bench, bench.resettled(bench.pruned(best)), rounds
+    return bench, bench.pruned(best), rounds

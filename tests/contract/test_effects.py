@@ -9,10 +9,11 @@ from functools import cache
 import numpy as np
 import pytest
 
+from identify.candidates import evidence_starts
 from identify.chain import Chain, as_promised, plain_chain, simulate
 from identify.effects import catalogue, physics_in, with_physics, would_separate
 from identify.effects.effect import Effect, short
-from identify.evidence import Evidence, evidence_starts
+from identify.evidence import Evidence
 from identify.fit import Fit, fit
 from identify.model import Rational
 from identify.observe import Observation, refined

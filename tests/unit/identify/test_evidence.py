@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from identify.candidates import Candidate, candidates, evidence_starts
 from identify.chain import plain_chain, simulate
 from identify.effects import catalogue
-from identify.evidence import Candidate, Evidence, candidates, evidence_starts
+from identify.evidence import Evidence
 from identify.explain.promise import promised
 from identify.fit import fit
 from identify.stage import Place

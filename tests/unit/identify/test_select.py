@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import pytest
 
+from identify.candidates import Candidate
 from identify.effects import catalogue, chain_of
 from identify.effects.effect import Effect
-from identify.evidence import Candidate
 from identify.explain.exchange import exchanged
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located
+from identify.explain.neighbours import resettled
 from identify.explain.promise import Promise
 from identify.explain.rivals import odds
 from identify.explain.round import Round, outdone, unforeseen
@@ -317,11 +318,11 @@ def test_steps_of_a_dac_are_looked_for_closer_once_the_rest_is_known():
     trace = recorded(OP_AMP, slow, (Concealed("dac_quantisation", {"lsb": lsb}),), 1e-3, seed=5)
     bench = Bench(chain_of(model_of(OP_AMP)), (observed(trace, 1e-3, 1),), (), (type(dac),))
     off = bench.fitted(bench.with_effects([dac], {"dac_quantisation.lsb": lsb * (1.0 + 2e-4)}), [dac])
-    found = bench.resettled(off)
+    found = resettled(bench, off)
     assert found.chi2 < off.chi2 - 20.0
     assert abs(found.fit.chain.values["dac_quantisation.lsb"] / lsb - 1.0) < 5e-5
     rail = fitted(bench, RAIL)
-    assert bench.resettled(rail) is rail
+    assert resettled(bench, rail) is rail
 
 
 @pytest.mark.parametrize("side", ["upper", "lower"])
