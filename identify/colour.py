@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.fft import next_fast_len
-from scipy.signal import detrend, sosfilt
+from scipy.signal import detrend, sosfilt, sosfilt_zi
 from scipy.stats import chi2
 
 from identify.noise import good, quantisation_rms, repeated, settled_dwells
@@ -92,20 +92,33 @@ def whitening(colour: Colour) -> Filter:
 
 
 def _climbing(colour: Colour) -> Filter:
-    """Return the filter of a ladder at work; a reading that is not in use counts as the model's answer to the rest."""
+    """Return the filter of a ladder at work; where a reading is not in use the last one before it holds.
+
+    Such noise did not begin with the run: its first reading stands for all those before. From rest, the noise that the
+    run begins with would pass for a jump.
+    """
     sections = np.array([(1.0, -pole, 0.0, 1.0, -zero, 0.0) for pole, zero in colour.ladder])
-    state = np.zeros(0)
+    settled, state, last = sosfilt_zi(sections), np.zeros(0), np.zeros(0)
 
     def run(values: Array, use: Mask) -> Array:
-        nonlocal state
+        nonlocal state, last
+        if not use.any():
+            return values[use]
         if state.shape[2:] != values.shape[1:] or not state.size:
-            state = np.zeros((len(sections), 2, *values.shape[1:]))
-        shown = values if use.all() else np.where(use.reshape(-1, *(1,) * (values.ndim - 1)), values, 0.0)
-        white, after = sosfilt(sections, shown, axis=0, zi=state)
-        state = after
+            last = values[np.argmax(use)]
+            state = settled.reshape(*settled.shape, *(1,) * last.ndim) * last
+        shown = values if use.all() else _holding(values, use, last)
+        white, state = sosfilt(sections, shown, axis=0, zi=state)
+        last = shown[-1]
         return np.asarray(colour.gain * white[use])
 
     return run
+
+
+def _holding(values: Array, use: Mask, before: Array) -> Array:
+    """Return values of which each that is not in use is the last one in use, ``before`` where there is none."""
+    at = np.maximum.accumulate(np.where(use, np.arange(1, use.size + 1), 0))
+    return np.concatenate((before[None], values))[at]
 
 
 def colour_of(differences: Sequence[Array]) -> Colour:

@@ -143,9 +143,8 @@ def _whitened(
     """Return the data weighed as their noise is coloured, and what tells of that; as they are where it is white."""
     noise = None
     if ColouredNoise.id not in look.leave_out:
-        noise = coloured_noise(seen.training, seen.proof, settle_s)
-        if noise is None and look.against is not None:
-            noise = noise_left(*_less(look.against, seen, data.noise.rms_v))
+        left = noise_left(*_less(look.against, seen, data.noise.rms_v)) if look.against is not None else None
+        noise = left or coloured_noise(seen.training, seen.proof, settle_s)  # repeats are few, what is left is all
     if noise is None:
         return data, ()
     train, test = (
@@ -156,11 +155,11 @@ def _whitened(
 
 
 def hides_noise(readings: Readings, bench: Bench, hypothesis: Hypothesis, leave_out: Sequence[str]) -> bool:
-    """Return whether what a hypothesis leaves is coloured noise that the repeats alone did not tell."""
-    if ColouredNoise.id in (*leave_out, *(b.id for b in readings.found)):
+    """Return whether what a hypothesis leaves is coloured noise that repeats alone did not tell, or told wrongly."""
+    if ColouredNoise.id in leave_out:
         return False
     noise = noise_left(*_less(hypothesis.fit.chain, _as_recorded(readings), readings.data.noise.rms_v))
-    if noise is None:
+    if noise is None or any(b.id == ColouredNoise.id and noise.blemish.weighs_as(b) for b in readings.found):
         return False
     if in_repeats(noise, spectra(readings.traces, readings.settle_s)):
         return True

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from identify.chain import Chain, signals
+from identify.colour import whitening
 from identify.evidence import Evidence
 from identify.explain.chance import scatters_all
 from identify.explain.corrections import free_name
@@ -66,8 +67,8 @@ def _misfit_of_repeats(evidence: Evidence) -> tuple[float, float]:
     """
     total, changed, count = 0.0, 0.0, 0
     for o in evidence.observations:
-        residual = o.residual(evidence.chain) / o.noise_v
-        answer = o.trace.y[:] / o.noise_v - residual
+        residual = o.residual(evidence.chain)
+        answer, residual = (o.trace.y[:] - residual) / o.noise_v, _white(o, residual)
         for once, again in _repeats(o):
             both = o.use[once] & o.use[again] & (np.abs(answer[once] - answer[again]) < 1.0)
             a, b = residual[once][both], residual[again][both]
@@ -93,7 +94,7 @@ def where(evidence: Evidence) -> Place:
     """Return sense for what is there while F rests, too, else F."""
     resting, moving = [], []
     for o in evidence.observations:
-        beyond = np.square(o.residual(evidence.chain) / o.noise_v) - 1.0
+        beyond = np.square(_white(o, o.residual(evidence.chain))) - 1.0
         still = _still(evidence.chain, o)
         resting.append(beyond[still & o.use])
         moving.append(beyond[~still & o.use])
@@ -113,16 +114,27 @@ def _still(chain: Chain, observation: Observation) -> Mask:
 def _windows(observation: Observation, evidence: Evidence, window_s: float) -> tuple[Array, Array, Array]:
     """Return the middle of every window on the clock, the mean residual in it in V, and its weight in chi-squared.
 
-    The noise is that within the windows where it is larger than what was told of it.
+    The noise is that within the windows where it is larger than what was told of it. Noise that hangs together wanders
+    by itself: what is weighed is made white.
     """
     size = max(round(window_s / evidence.sample_s), 1)
     number = np.arange(observation.trace.size) // size
-    residual = np.where(observation.use, observation.residual(evidence.chain), 0.0)
+    residual = observation.residual(evidence.chain)
     count = np.bincount(number, observation.use)
-    mean = np.bincount(number, residual) / np.maximum(count, 1)
+    each = np.maximum(count, 1)
+    mean = np.bincount(number, np.where(observation.use, residual, 0.0)) / each
+    white = _white(observation, residual)
+    level = np.bincount(number, white) / each
     middle = observation.trace.start_s + (np.arange(count.size) + 0.5) * size * evidence.sample_s
     kept = count > 0
-    scatter = np.where(observation.use, np.square(residual - mean[number]), 0.0)
-    noise2 = max(float(np.sum(scatter)) / max(float(np.sum(count - 1.0, where=kept)), 1.0), observation.noise_v**2)
-    squares = count * np.square(mean) / noise2
+    scatter = np.where(observation.use, np.square(white - level[number]), 0.0)
+    noise2 = max(float(np.sum(scatter)) / max(float(np.sum(count - 1.0, where=kept)), 1.0), 1.0)
+    squares = count * np.square(level) / noise2
     return np.asarray(middle[kept], dtype=np.float64), mean[kept], np.asarray(squares[kept], dtype=np.float64)
+
+
+def _white(observation: Observation, residual: Array) -> Array:
+    """Return a residual, V, per noise and as white as a fit weighs it, shape (N,): 0 where it does not count."""
+    white, use = np.zeros(residual.size), observation.use
+    white[use] = whitening(observation.colour)(residual / observation.noise_v, use)
+    return white

@@ -38,6 +38,7 @@ LOWEST = 3  # ordinates: what is left of drifts
 BANDS = 30  # a decade: the power law bends little in one
 LEAST = 400  # readings of a pair of repeats
 LENGTHS = (1, 10, 100)  # readings whose sums are compared with a normal law
+ALIKE = 0.15  # difference in the logarithm of the rms, and in slope, that a fit hardly notices
 BURSTS = 8.0  # standard deviations by which their kurtosis may exceed its
 
 
@@ -59,6 +60,11 @@ class ColouredNoise(Blemish):
         Confusion("hum", "a longer idle run: the mains is a line, noise is none"),
         Confusion("process_noise", "a sine too small to move F: what is still there is noise of the reading"),
     )
+
+    def weighs_as(self, other: Blemish) -> bool:
+        """Return whether a fit would weigh readings much the same with another such noise."""
+        sd, slope = ((self.values[name].value, other.values[name].value) for name in ("sd", "slope"))
+        return abs(float(np.log(sd[0] / sd[1]))) < ALIKE and abs(slope[0] - slope[1]) < ALIKE
 
 
 @dataclass(frozen=True)
@@ -251,7 +257,7 @@ def _bursts(traces: Sequence[Trace], settle_s: float, noise: Coloured) -> float:
 def straying(white: Sequence[Array]) -> float:
     """Return by how many standard deviations of chance white noise, or sums of it, strays beyond a normal law.
 
-    The filter that made it white began at rest, which the noise did not: the first tenth of readings is left out.
+    The filter that made it white took the first reading for all before it: the first tenth of readings is left out.
     """
     sums: dict[int, list[Array]] = {length: [] for length in LENGTHS}
     for new in (each[each.size // 10 :] for each in white):

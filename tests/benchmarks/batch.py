@@ -35,6 +35,7 @@ from tests.proof.integrator import Grid, between, held, linear_block, play, read
 COUNT = 400
 RATE_HZ, SAMPLES, SUBSTEPS = 500.0, 800, 8
 AMPLITUDE_V, NOISE_V = 3.0, 0.01
+LOOK_S = 0.5  # how often answers are counted: a look at thousands takes a core some ten milliseconds
 G1, G2 = ((50.0,), (1.0, 50.0)), ((200.0,), (1.0, 200.0))
 RIG = """\
 spec: 1
@@ -105,7 +106,7 @@ def when(count: int, out: Path, run: subprocess.Popen[str], do: Callable[[], obj
     while sum(name.suffix == ".json" for name in out.glob("r*")) < count:
         if run.poll() is not None:
             return False
-        time.sleep(0.01)
+        time.sleep(LOOK_S)
     do()
     return True
 

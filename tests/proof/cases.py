@@ -176,6 +176,11 @@ PAIRS = (
         ("leak", "plateau_droop", "F", {"rate": 0.077}),
         ("offset_drift", "offset_drift", "sense", {"rate": -3.9e-3}),
     ),
+    _known(
+        "absorption and red noise", OP_AMP, 143,
+        ("absorption in G1", "dielectric_absorption", "G1", {"fraction": 0.004, "tau": 0.012}),
+        ("coloured_noise", "coloured_noise", "sense", {"sd": 0.008, "slope": 1.8}),
+    ),
 )  # fmt: skip
 
 CASES = (*CLEAN, *LIBRARY, *OUTSIDE, *PAIRS)

@@ -20,6 +20,7 @@ from tests.proof.rigs import Rig
 COARSE = 2  # sub-steps of a sample: z is wanted to a tenth
 DIFFERENCE = 1e-4
 REALISATIONS = 6  # over which the effect of chance is averaged
+SPECTRA = 16  # realisations of a noise over which its power is averaged
 SMOOTH = 9  # lines of a spectrum that are averaged
 NEAR = 0.07  # of a wanted z, on a log scale
 TRIES = 12
@@ -44,9 +45,13 @@ class Reach:
 
 @dataclass(frozen=True)
 class Sensed:
-    """A plain rig with its training runs: what it answers, and what its own values can change in that."""
+    """A plain rig with its training runs: what it answers, and what its own values can change in that.
+
+    ``beside`` is noise that is concealed in it, too.
+    """
 
     case: Playable
+    beside: tuple[Concealed, ...] = ()
 
     @cached_property
     def runs(self) -> tuple[tuple[Array, Grid, Array], ...]:
@@ -72,7 +77,21 @@ class Sensed:
         """Return an orthonormal basis of what the plain model's values can do, shape (N, values)."""
         clean = self.answers(self.case.rig)
         columns = [(self.answers(moved) - clean) / DIFFERENCE for moved in neighbours(self.case.rig)]
-        return np.linalg.qr(np.stack(columns, axis=1))[0]
+        return np.linalg.qr(np.stack([self._weighed(column) for column in columns], axis=1))[0]
+
+    @cached_property
+    def louder(self) -> tuple[Array, ...]:
+        """Return by how much the noise beside makes every line of each run's spectrum louder than white, in amplitude.
+
+        The mean of a run is as uncertain as its lowest line: the bench's noise has none, a real one does.
+        """
+        clean = self.answers(self.case.rig)
+        power = [np.zeros(u.size // 2 + 1) for u, _, _ in self.runs]
+        for seed in range(SPECTRA if self.beside else 0):
+            added = self._runs(self.answers(self.case.rig, self.beside, seed) - clean)
+            power = [p + _power(a) / SPECTRA for p, a in zip(power, added, strict=True)]
+        lines = (np.concatenate((p[1:2], p[1:])) / self.case.rig.noise_v**2 for p in power)
+        return tuple(np.sqrt(1.0 + line) for line in lines)
 
     def z(self, concealed: Concealed) -> float:
         """Return the z of one piece of physics."""
@@ -100,9 +119,9 @@ class Sensed:
 
         With rho the ratio of added to white power, a line of the spectrum tells rho - ln(1 + rho).
         """
-        z2, ends = 0.0, np.cumsum([u.size for u, _, _ in self.runs])[:-1]
-        for added in np.split(self._change(concealed, self.case.seed), ends):
-            power = np.abs(np.fft.rfft(added))[1:] ** 2 / added.size / self.case.rig.noise_v**2
+        z2 = 0.0
+        for added in self._runs(self._change(concealed, self.case.seed)):
+            power = _power(added)[1:] / self.case.rig.noise_v**2
             ratio = np.convolve(power, np.full(SMOOTH, 1.0 / SMOOTH), mode="same")
             z2 += 2.0 * float(np.sum(ratio - np.log1p(ratio)))
         return float(np.sqrt(z2))
@@ -111,8 +130,20 @@ class Sensed:
         return self.answers(self.case.rig, (concealed,), seed, noisy=True) - self.plain
 
     def _left(self, change: Array) -> Array:
-        """Return what of a change the plain model's values cannot do."""
-        return change - self.slopes @ (self.slopes.T @ change)
+        """Return what of a change the plain model's values cannot do, in a noise that is white."""
+        weighed = self._weighed(change)
+        return weighed - self.slopes @ (self.slopes.T @ weighed)
+
+    def _weighed(self, change: Array) -> Array:
+        """Return a change as it stands out where all noise together is white."""
+        if not self.beside:
+            return change
+        runs = zip(self._runs(change), self.louder, strict=True)
+        return np.concatenate([np.fft.irfft(np.fft.rfft(run) / louder, run.size) for run, louder in runs])
+
+    def _runs(self, readings: Array) -> list[Array]:
+        """Return the readings of every run."""
+        return np.split(readings, np.cumsum([u.size for u, _, _ in self.runs])[:-1])
 
     @cached_property
     def reach(self) -> Reach:
@@ -125,6 +156,11 @@ class Sensed:
         u_v, v_v, low, high, speed = np.array(tops).T
         moving = tuple(grid.start_s + t for u, grid, _ in self.runs for t in _moves(u, grid))
         return Reach(rig, u_v.max(), v_v.max(), low.min(), high.max(), speed.max(), self.runs[0][1].start_s, moving)
+
+
+def _power(noise: Array) -> Array:
+    """Return the power of every line of a spectrum, V^2; white noise has its variance in each."""
+    return np.asarray(np.abs(np.fft.rfft(noise)) ** 2 / noise.size)
 
 
 def _moves(u: Array, grid: Grid) -> list[float]:

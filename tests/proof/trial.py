@@ -103,7 +103,7 @@ def drawn(key: Key, effects: Collection[str] = frozenset(kind.id for kind in LIB
     for kind in kinds:
         rig = kind.prepared(rig)
     trial = Trial(key, rig, int(rng.integers(2**31)), training, held_out)
-    pieces = [_piece(trial, kind, rng) for kind in kinds]
+    pieces = _pieces(trial, kinds, rng)
     told = tuple(Finding(k.id, k.stage, k.told(c.values)) for k, (c, _) in zip(kinds, pieces, strict=True))
     known = key.stratum != "outside"
     return replace(
@@ -136,15 +136,22 @@ def _variant(rng: Rng, effect: str) -> Kind:
     return variants[int(rng.integers(len(variants)))]
 
 
-def _piece(trial: Trial, kind: Kind, rng: Rng) -> tuple[Concealed, float]:
+def _pieces(trial: Trial, kinds: tuple[Kind, ...], rng: Rng) -> list[tuple[Concealed, float]]:
+    """Return every piece and its z: noise is drawn first, and what is concealed beside it must show in it, too."""
+    found: dict[Kind, tuple[Concealed, float]] = {}
+    for kind in sorted(kinds, key=lambda kind: not kind.spectral):
+        beside = tuple(found[other][0] for other in found if other.spectral)
+        found[kind] = _piece(Sensed(trial, beside), kind, rng, trial.key.z or Z[trial.key.stratum])
+    return [found[kind] for kind in kinds]
+
+
+def _piece(sensed: Sensed, kind: Kind, rng: Rng, bounds: tuple[float, float]) -> tuple[Concealed, float]:
     """Return physics of about the z that is drawn, as far as it can be made that strong, and the z it has."""
-    sensed = Sensed(trial)
-    least, most = trial.key.z or Z[trial.key.stratum]
     if kind.drawn:
-        return _lot(sensed, kind, rng, least)
+        return _lot(sensed, kind, rng, bounds[0])
     values = kind.draw(rng, sensed.reach)
     z = sensed.z_of_mean if kind.chance else sensed.z_of_spectrum if kind.spectral else sensed.z
-    wanted = between(rng, least, most)
+    wanted = between(rng, *bounds)
     found, reached = strength(lambda s: z(Concealed(kind.law, values(s))), wanted)
     return Concealed(kind.law, values(found)), reached
 

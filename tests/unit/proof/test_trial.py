@@ -111,6 +111,16 @@ def test_white_noise_shows_nothing_in_its_spectrum_and_flicker_noise_does():
     assert red > 3.0 * flat
 
 
+def test_what_is_concealed_beside_noise_must_show_in_both_together():
+    tone = {"frequency": 900.0, "amplitude": 0.02, "third": 0.0, "fifth": 0.0}
+    quick, slow = Concealed("hum at sense", tone), Concealed("offset_drift", {"rate": 0.1})
+    white = replace(SMALL, beside=(Concealed("coloured_noise", {"sd": RC.noise_v, "slope": 0.0}),))
+    red = replace(SMALL, beside=(Concealed("coloured_noise", {"sd": 10.0 * RC.noise_v, "slope": 2.0}),))
+    assert [white.z(c) / SMALL.z(c) for c in (quick, slow)] == pytest.approx([0.5**0.5] * 2, rel=0.1)
+    assert red.z(slow) < 0.1 * SMALL.z(slow)
+    assert red.z(quick) > 0.3 * SMALL.z(quick)
+
+
 @pytest.mark.parametrize("law", [lambda s: 900 * s, lambda s: 4e4 * s**2.2, lambda s: 900 * max(s - 0.3, 0.0) ** 1.5])
 def test_a_strength_is_found_whatever_the_law(law):
     at, z = strength(law, 60.0)

@@ -278,6 +278,14 @@ def test_a_ladder_is_run_piece_by_piece_as_in_one():
     assert not colour.white
 
 
+def test_noise_that_a_run_begins_with_is_no_jump():
+    """A level that was there before the run is as slow as noise can be, lost readings at the start or not."""
+    colour, use = Colour(gain=1.3, ladder=((0.99, 0.9), (0.9, 0.5))), np.arange(60) > 4
+    level = np.where(use, 3.0, 0.0)
+    assert whitening(colour)(level, use) == pytest.approx(np.full(55, 3.0 / colour.slow))
+    assert whitening(colour)(np.full((60, 2), 3.0), np.ones(60, dtype=bool)) == pytest.approx(3.0 / colour.slow)
+
+
 def test_steps_of_the_adc_are_told_when_they_matter_against_the_noise():
     def rounded(lsb):
         return adc_steps([recording(Concealed("adc_quantisation", {"lsb": lsb}))], NOISE_V)
