@@ -55,6 +55,10 @@ class Colour:
         still = float(np.prod([(1.0 - pole) / (1.0 - zero) for pole, zero in self.ladder]))
         return 1.0 / (self.gain * (1.0 - sum(self.taps)) * still)
 
+    def of_means(self, m: int) -> "Colour":
+        """Return the colour of means of ``m`` readings each, whose rms is as good as that of one: that of a ladder."""
+        return Colour(gain=self.gain * m**0.5, ladder=tuple(tuple(root**m for root in rung) for rung in self.ladder))
+
     def to_dict(self) -> dict[str, object]:
         """Return the form of JSON answers."""
         return {"autoregression": [float(f"{tap:.4g}") for tap in self.taps], "rms_over_new": float(f"{self.gain:.4g}")}

@@ -112,8 +112,10 @@ class _Run:
         trace = _fewer(o.trace, m, _source(o.trace, m))
         residual = np.concatenate((np.zeros(1), self.means(self.residual, m)))
         use = np.concatenate((np.zeros(1, np.bool_), self.whole(m)))
-        noise_v = o.noise_v * o.colour.slow / float(np.sqrt(m))
-        return Observation(replace(trace, y=simulate(chain, trace) + residual), use, noise_v)
+        trace = replace(trace, y=simulate(chain, trace) + residual)
+        if o.colour.ladder:
+            return Observation(trace, use, o.noise_v, colour=o.colour.of_means(m))
+        return Observation(trace, use, o.noise_v * o.colour.slow / float(np.sqrt(m)))
 
 
 def _slopes_are_kept(runs: Sequence[_Run], m: int) -> bool:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 FRACTION = Parameter("dielectric_absorption.fraction", "V/V", scale=0.03, least=0.0, most=1.0)
 TAU = Parameter("dielectric_absorption.tau", "s", "log")
-TAUS = (50.0, 500.0, 5e3, 5e4)  # samples
+TAUS = np.geomspace(10.0, 3e4, 8)  # samples
 SMALL = 0.01  # fraction at which the change is looked at
 
 
@@ -83,6 +83,6 @@ class DielectricAbsorption(InsidePlay):
         return run_linear(stepper(num, den, grid.step_s, "ramp")), shape
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
-        """Return the time constant, tried from 50 samples up, that explains most with the fraction that suits it."""
-        small = [{"fraction": SMALL, "tau": count * evidence.sample_s} for count in TAUS]
+        """Return the time constant, tried from 10 samples up, that explains most with the fraction that suits it."""
+        small = [{"fraction": SMALL, "tau": float(count) * evidence.sample_s} for count in TAUS]
         return [evidence.best_share(self, "fraction", small)]
