@@ -8,7 +8,7 @@ integrator of `tests/proof`. Every figure is of ``rig batch`` in a process of it
 
 - one process and several on the same recordings, by the clock, from the first answer on the disk to the last;
 - a batch that is killed (SIGKILL) when half the answers are there, and typed again;
-- a Dask LocalCluster of which a worker is killed when a third of them is there.
+- a Dask LocalCluster, its workers' profiler off, of which a worker is killed when a third of them is there.
 
 All three must end with the same answers, to the last byte.
 """
@@ -123,8 +123,10 @@ def killed_and_resumed(runs: Path, out: Path, count: int, workers: int) -> tuple
 
 def on_cluster(runs: Path, out: Path, count: int, workers: int) -> Done:
     """Return what a batch on a local Dask cluster left, one of whose workers was killed on the way."""
+    import dask
     from distributed import LocalCluster
 
+    dask.config.set({"distributed.worker.profile.enabled": False})  # as rig/README.md advises
     with LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=":0") as cluster:
         victim = next(iter(cluster.workers.values())).pid
         run = command(runs, out, "--scheduler", cluster.scheduler_address)
