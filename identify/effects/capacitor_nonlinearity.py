@@ -5,6 +5,9 @@ from typing import TYPE_CHECKING, ClassVar, final
 import numpy as np
 
 from identify import charging
+from identify.chain import Chain
+from identify.effects.adc_nonlinearity import AdcNonlinearity
+from identify.effects.curved_border import CurvedBorder
 from identify.effects.effect import Confusion, Effect, short
 from identify.stage import Block, Grid, Parameter, Place, Run, Shape, Values
 from identify.trace import Array
@@ -20,6 +23,8 @@ LAWS = {"square": (K2, TAU), "straight": (K1, TAU), FULLEST: (K1, K2, TAU)}
 SMALL = {"k1": 1e-4, "k2": 1e-5}  # 1/V, 1/V^2: the change is looked at where it is proportional, well above rounding
 TAUS = np.geomspace(0.3, 3e3, 9)  # samples
 SIMULATED = 3  # of these, that promise most
+ENDLESS_S = 1.0  # of tau, from which a capacitor hardly discharges within a step
+BENT = {"square": "cube", "straight": "square", FULLEST: "square and cube"}  # what a law is where it does not
 
 
 @final
@@ -75,6 +80,17 @@ class CapacitorNonlinearity(Effect):
             return out
 
         return run, shape
+
+    def plainer(self, chain: Chain) -> tuple[Effect, dict[str, float]] | None:
+        """Return the bent scale that is left of it where it does not discharge: of F in G1, of the reading in G2."""
+        if chain.values[TAU.name] < ENDLESS_S:
+            return None
+        k1, k2 = (chain.values.get(k.name, 0.0) if k in self.parameters() else 0.0 for k in (K1, K2))
+        at_f = self.place is Place.G1
+        law = (CurvedBorder(Place.F, BENT[self.form]) if at_f else AdcNonlinearity(Place.SENSE, BENT[self.form]))
+        slope = 0.5 * (chain.values["F.S_L"] + chain.values["F.S_U"]) if at_f else 1.0
+        bent = {"k2": 0.5 * k1 * slope, "k3": k2 / 3.0 * slope}
+        return law, {p.name: bent[short(p.name)] for p in law.parameters()}
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the time constant that explains most with the law that suits it, taken as proportional."""

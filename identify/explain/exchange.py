@@ -1,6 +1,7 @@
 """Would another law do better in the place of one that was found before the others were?
 
-An effect chosen first also had to cover for those found after it; beside them another law may do better.
+An effect chosen first also had to cover for those found after it; beside them another law may do better. And what was
+found after it also covers for what it does wrongly: beside that other law, again another may do better.
 """
 
 from collections.abc import Sequence
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from identify.explain.select import Bench
 
 EXCHANGED = 4  # rivals that an effect chosen early is exchanged for
+CROSSED = 3  # pairs of such a rival and a law tried later that are fitted
 LAPS = 12  # iterations after which an exchange that is far behind is not fitted further
 FULLER = 500.0  # of chi-squared: by as much one more value of a law may bring it ahead
 
@@ -21,8 +23,12 @@ FULLER = 500.0  # of chi-squared: by as much one more value of a law may bring i
 def exchanged(bench: "Bench", hypothesis: Hypothesis, rounds: Sequence[Round]) -> Hypothesis:
     """Exchange single effects for what could not be excluded when they were chosen, where that pays.
 
-    Then each for a law of fewer numbers, where its own have come to where the two hardly differ.
+    The last two together, too, where noise is not all that is left. Then each for a law of fewer numbers, where its own
+    have come to where the two hardly differ.
     """
+    if len(rounds) > 1 and hypothesis.misfit > bench.noise_known:
+        options = crossed(bench, hypothesis, *rounds[-2:])
+        hypothesis = max([hypothesis, *options], key=lambda h: h.advantage(hypothesis))
     for number, effect in enumerate(hypothesis.effects[:-1]):
         rest = {e.id for e in hypothesis.effects if e is not effect}
         rivals = [r for r in rounds[number].undecided if r.effects[-1].id not in rest][:EXCHANGED]
@@ -31,6 +37,27 @@ def exchanged(bench: "Bench", hypothesis: Hypothesis, rounds: Sequence[Round]) -
     for effect in hypothesis.effects:
         hypothesis = plainer(bench, hypothesis, effect)
     return hypothesis
+
+
+def crossed(bench: "Bench", hypothesis: Hypothesis, before: Round, this: Round) -> list[Hypothesis]:
+    """Fit laws tried in this round beside rivals of the round before, where to first order that promises more."""
+    promises = []
+    for rival in [r for r in before.undecided if r.effects != this.base.effects][:EXCHANGED]:
+        evidence = bench.evidence(rival)
+        for tried in [h for h in this.tried if h.effects[-1].id not in rival.names]:
+            effects = (*rival.effects, tried.effects[-1])
+            chain = bench.with_effects(effects, {**tried.fit.chain.values, **rival.fit.chain.values})
+            seen = evidence.seen_by(effects[-1])
+            promises.append((rival.chi2 - _gain(*seen.products(seen.change(chain))), chain, effects))
+    worth = sorted((p for p in promises if p[0] < hypothesis.chi2), key=lambda p: p[0])[:CROSSED]
+    found = [bench.fitted(chain, effects, LAPS) for _, chain, effects in worth]
+    near = [h.fit.converged or h.chi2 - h.hope > hypothesis.chi2 for h in found]
+    return [h if done else bench.fitted(h.fit.chain, h.effects) for h, done in zip(found, near, strict=True)]
+
+
+def _gain(along: float, energy: float) -> float:
+    """Return the fall of chi-squared that a change promises as it is, or at the size that suits it best."""
+    return max(2.0 * along - energy, along**2 / energy if along > 0.0 and energy > 0.0 else 0.0)
 
 
 def plainer(bench: "Bench", hypothesis: Hypothesis, effect: Effect) -> Hypothesis:
