@@ -19,6 +19,7 @@ from identify.trace import Array
 if TYPE_CHECKING:
     from identify.evidence import Evidence
     from identify.observe import Observation
+STRONGER = {0.0: 2.0, float("inf"): 0.5}  # the factor by which a value that is absent there makes an effect stronger
 
 
 @dataclass(frozen=True)
@@ -135,11 +136,19 @@ class Effect(Stage):
         """
         return None
 
+    @property
+    def lags(self) -> bool:
+        """Return whether it makes quick signals late: plain time constants and delays stand in for that."""
+        return self.quick and any("s" in p.unit and self._vanishes(p) for p in self.parameters())
+
+    def _vanishes(self, parameter: Parameter) -> bool:
+        """Return whether a parameter says at one end that there is no such effect, and is the stronger to the other."""
+        return parameter.coordinate == "log" and self.absent[short(parameter.name)] in STRONGER
+
     def doubled(self, chain: Chain) -> Chain:
         """Return ``chain`` with this effect's lags twice as long (its corners half as high); itself if it has none."""
-        factors = {0.0: 2.0, float("inf"): 0.5}
-        logs = [p for p in self.parameters() if p.coordinate == "log" and self.absent[short(p.name)] in factors]
-        values = {p.name: factors[self.absent[short(p.name)]] * chain.values[p.name] for p in logs}
+        logs = [p for p in self.parameters() if self._vanishes(p)]
+        values = {p.name: STRONGER[self.absent[short(p.name)]] * chain.values[p.name] for p in logs}
         return chain.with_values(values) if values else chain
 
     def course(self, values: Sequence[float], grid: Grid, size: int, rng: np.random.Generator) -> Array:

@@ -9,6 +9,7 @@ from identify.chain import Chain, model_of
 from identify.delay import device_doubt_s
 from identify.effects import physics_in, would_separate
 from identify.effects.effect import Effect, short
+from identify.explain.bench import Bench
 from identify.explain.confirm import CONVINCING, adapted, held_out_rms, most_believed, would_tell
 from identify.explain.explanation import (
     Explanation,
@@ -30,7 +31,6 @@ from identify.explain.readings import Readings, location
 from identify.explain.readings import finding as of_readings
 from identify.explain.rivals import odds
 from identify.explain.round import Round
-from identify.explain.select import Bench
 from identify.explain.shape import shape_of
 from identify.explain.survey import StageShare
 from identify.explain.unvisited import stage_beyond, told_beyond, unvisited

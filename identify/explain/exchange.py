@@ -12,7 +12,7 @@ from identify.explain.hypothesis import Hypothesis
 from identify.explain.round import COMPARED, Round
 
 if TYPE_CHECKING:
-    from identify.explain.select import Bench
+    from identify.explain.bench import Bench
 
 EXCHANGED = 4  # rivals that an effect chosen early is exchanged for
 CROSSED = 3  # pairs of such a rival and a law tried later that are fitted

@@ -11,6 +11,7 @@ from identify.effects import catalogue, chain_of
 from identify.effects.effect import Effect
 from identify.excerpts.excerpts import excerpts_of
 from identify.explain.answer import Answer
+from identify.explain.bench import Bench
 from identify.explain.confirm import adapted, improvement, unconfirmed, would_tell
 from identify.explain.everywhere import everywhere
 from identify.explain.explanation import Explanation
@@ -18,7 +19,7 @@ from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
 from identify.explain.locate import located
 from identify.explain.neighbours import resettled, settled
 from identify.explain.readings import Look, Readings, counts_another, hides_noise, loses, read, reread
-from identify.explain.select import Bench, selected
+from identify.explain.select import selected
 from identify.explain.survey import surveyed
 from identify.explain.warrant import Warranted, warranted
 from identify.holdout import Split

@@ -18,9 +18,9 @@ from scipy.stats import chi2 as chi2_distribution
 from identify.chain import local_name
 from identify.derivatives.sensitivities import DIFFERENCE
 from identify.evidence import Evidence
+from identify.explain.bench import Bench
 from identify.explain.corrections import corrections, sharpened
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.select import Bench
 from identify.explain.wander import wandering
 from identify.fit import chi_squared
 from identify.stage import Place

@@ -11,10 +11,10 @@ from functools import partial
 from identify.chain import Chain
 from identify.effects.effect import Effect, short
 from identify.evidence import Evidence
+from identify.explain.bench import Bench
 from identify.explain.explanation import Finding, Location, Range
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.rivals import OTHERWISE
-from identify.explain.select import Bench
 from identify.explain.wander import MOSTLY, unrepeated
 from identify.holdout import Split, settling_s, split
 from identify.model import Model

@@ -10,12 +10,12 @@ from math import e, exp, log, sqrt
 
 from identify.blocks import Play
 from identify.effects.effect import Effect
+from identify.explain.bench import Bench
 from identify.explain.exchange import swapped
 from identify.explain.explanation import Alternative
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located
 from identify.explain.round import Round
-from identify.explain.select import Bench
 from identify.stage import Place
 
 Kind = tuple[str, Place]

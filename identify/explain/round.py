@@ -8,6 +8,7 @@ from scipy.stats import chi2 as chi2_distribution
 from identify.candidates import Candidate
 from identify.explain.hypothesis import Hypothesis, is_angle, is_discovery
 from identify.explain.promise import Promise
+from identify.stage import Place
 
 LOOKED_AT = 16  # candidates whose own parameters are fitted to first order
 HOPEFUL = 0.03  # share of the best promise at its start below which a candidate is not looked at
@@ -119,6 +120,21 @@ def unforeseen(promises: Sequence[Promise], fitted: Sequence[Promise]) -> list[P
     best = max((p.candidate.gain for p in fitted), default=0.0)
     left = [p for p in promises if p not in fitted and p.slack > abs(p.gain) and p.candidate.gain > PROMISING * best]
     return sorted(left, key=lambda p: -p.candidate.gain)[:UNFORESEEN]
+
+
+def lagging(screened: Sequence[Candidate], tried: Sequence[Hypothesis], base: Hypothesis) -> list[Candidate]:
+    """Return every lag that was not fitted, from its best start, where the best fit leaves much of the misfit.
+
+    The plain values stand in for a large one, and first order does not lead back from where they have gone.
+    """
+    best = min(tried, key=lambda h: h.chi2, default=base)
+    if base.misfit < base.noise_known or best.share(base) > WHOLE:
+        return []
+    fitted = {(h.effects[-1].id, h.effects[-1].place) for h in tried}
+    found: dict[tuple[str, Place], Candidate] = {}
+    for c in (c for c in screened if c.effect.lags and (c.effect.id, c.effect.place) not in fitted):
+        found.setdefault((c.effect.id, c.effect.place), c)
+    return list(found.values())
 
 
 def outdone(promises: Sequence[Promise], fitted: Sequence[Promise], fall: float) -> list[Promise]:

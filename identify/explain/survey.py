@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
+from identify.explain.bench import Bench
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import suspects
-from identify.explain.select import Bench
 from identify.interval import number
 from identify.stage import Place
 

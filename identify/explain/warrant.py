@@ -3,11 +3,11 @@
 from dataclasses import dataclass, replace
 
 from identify.effects.effect import Effect
+from identify.explain.bench import Bench
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located, located
 from identify.explain.rivals import left_to_explain, unheard
 from identify.explain.round import Round
-from identify.explain.select import Bench
 from identify.explain.wander import all_wanders
 from identify.fit import Fit
 from identify.stage import Place

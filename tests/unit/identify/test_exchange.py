@@ -5,11 +5,11 @@ from dataclasses import replace
 import pytest
 
 from identify.effects import catalogue, chain_of
-from identify.explain.exchange import exchanged, plainer, swapped
+from identify.explain.bench import Bench
+from identify.explain.exchange import crossed, exchanged, plainer, swapped
 from identify.explain.locate import Located
 from identify.explain.rivals import odds
 from identify.explain.round import WHOLE, Round, counts
-from identify.explain.select import Bench
 from identify.stage import Place
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
@@ -56,6 +56,36 @@ def test_a_law_is_exchanged_for_another_in_the_form_that_does_best_beside_the_re
     assert found.effects == (BOTH, BYPASS)
     assert found.fit.chain.values["plateau_droop.current"] > 1.0
     assert exchanged(droops, chosen, [first]).effects == (BOTH, BYPASS)
+
+
+def test_a_law_tried_late_is_fitted_beside_what_the_law_before_it_could_not_exclude(droops: Bench) -> None:
+    """Beside the creep the way past the gap is not the law that promised most; beside the leak it is."""
+    creep, leak = (droops.fitted(droops.with_effects((law,), TRUTH), (law,)) for law in (CREEP, BOTH))
+    before = Round(droops.fitted(droops.plain, ()), (), (replace(creep, chi2=leak.chi2 - 1.0), leak))
+    effects = (CREEP, BYPASS)
+    beside = droops.fitted(droops.with_effects(effects, {**TRUTH, **creep.fit.chain.values}), effects)
+    (found,) = crossed(droops, beside, before, Round(creep, (), (beside,)))
+    assert found.effects == (BOTH, BYPASS)
+    assert found.chi2 < beside.chi2
+    assert crossed(droops, replace(beside, chi2=0.0), before, Round(creep, (), (beside,))) == []
+
+
+@pytest.mark.parametrize(("law", "values", "coefficients"), [
+    (catalogue()["self_heating"](Place.F), {"self_heating.k": 1e-4, "self_heating.tau": 1e-6}, {"k3": -0.0512}),
+    (catalogue()["capacitor_nonlinearity"](Place.G1, "straight"),
+     {"capacitor_nonlinearity.k1": 2e-3, "capacitor_nonlinearity.tau": 100.0}, {"k2": 0.008}),
+], ids=["heat at once", "a capacitor that never discharges"])  # fmt: skip
+def test_laws_whose_time_constants_do_not_matter_end_as_bent_borders(law, values, coefficients) -> None:
+    there = bench()
+    (seen,) = there.observations
+    chain = there.with_effects((law,), {**there.plain.values, **values})
+    y = seen.trace.y[:] + seen.residual(there.plain) - seen.residual(chain)
+    there = replace(there, observations=(observed(replace(seen.trace, y=y), NOISE_V),), known={})
+    found = plainer(there, there.fitted(chain, (law,)), law)
+    assert found.names == ("curved_border",)
+    for name, value in coefficients.items():
+        assert found.fit.chain.values[f"curved_border.{name}"] == pytest.approx(value, rel=0.05)
+    assert abs(found.misfit) < 0.05
 
 
 @pytest.fixture(scope="module")
@@ -117,7 +147,7 @@ def test_what_no_first_order_foresees_is_fitted_unless_what_was_fitted_explains_
     tilted: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked: list[int] = []
-    monkeypatch.setattr("identify.explain.select.unforeseen", lambda hopes, worth: asked.append(len(hopes)) or [])
+    monkeypatch.setattr("identify.explain.bench.unforeseen", lambda hopes, worth: asked.append(len(hopes)) or [])
     few = replace(tilted, kinds=(catalogue()["plateau_tilt"],))
     base = few.fitted(few.plain, ())
     assert base.misfit > 0.05

@@ -7,10 +7,10 @@ import pytest
 
 from identify.effects import chain_of
 from identify.evidence import Evidence
+from identify.explain.bench import Bench
 from identify.explain.corrections import ripple_hz
 from identify.explain.locate import Located, ended, located
 from identify.explain.prove import proven
-from identify.explain.select import Bench
 from identify.explain.shape import shape_of
 from identify.explain.survey import surveyed
 from identify.explain.wander import unrepeated, where

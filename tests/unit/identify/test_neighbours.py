@@ -3,8 +3,8 @@
 import pytest
 
 from identify.effects import catalogue, chain_of
+from identify.explain.bench import Bench
 from identify.explain.neighbours import WITHIN, settled, spanning
-from identify.explain.select import Bench
 from identify.stage import Place
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP

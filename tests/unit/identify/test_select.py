@@ -7,14 +7,15 @@ import pytest
 from identify.candidates import Candidate
 from identify.effects import catalogue, chain_of
 from identify.effects.effect import Effect
+from identify.explain.bench import DECISIVE, Bench
 from identify.explain.exchange import exchanged
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located
 from identify.explain.neighbours import resettled
 from identify.explain.promise import Promise
 from identify.explain.rivals import odds
-from identify.explain.round import Round, outdone, unforeseen
-from identify.explain.select import DECISIVE, Bench, selected
+from identify.explain.round import Round, lagging, outdone, unforeseen
+from identify.explain.select import selected
 from identify.fit import chi_squared
 from identify.phases import angles_of, scanned
 from identify.stage import Place
@@ -172,6 +173,31 @@ def test_what_first_order_does_not_foresee_is_fitted_where_its_start_gains_much(
     assert unforeseen([sure, mistaken, faint, fitted], [fitted]) == [mistaken]
 
 
+def test_a_lag_is_fitted_where_first_order_promises_nothing(monkeypatch):
+    walk, law = staircase("walk", FIG13_LEVELS_V, 0.03), Concealed("rate_dependent_gap", {"k": 1e-3})
+    kinds = tuple(catalogue()[name] for name in ("rate_dependent_gap", "dead_time", "feedthrough"))
+    late = observed(recorded(OP_AMP, walk, (law,), NOISE_V, seed=13), NOISE_V)
+    there = Bench(chain_of(model_of(OP_AMP)), (late,), (), kinds)
+    there = there.refined(there.plain)
+    monkeypatch.setattr("identify.explain.bench.hopeful", lambda screened, runs: [])
+    this = there.round(there.fitted(there.plain, ()))
+    assert {h.names for h in this.tried} == {("rate_dependent_gap",), ("dead_time",)}
+    assert this.tried[0].fit.chain.values["rate_dependent_gap.k"] == pytest.approx(1e-3, rel=0.01)
+
+
+def test_lags_are_fitted_once_each_where_the_best_fit_leaves_much(bench):
+    base = bench.fitted(bench.plain, ())
+    late, gap, pole = (catalogue()[name] for name in ("dead_time", "rate_dependent_gap", "extra_pole"))
+    screened = [
+        Candidate(effect, {}, gain) for gain, effect in enumerate(
+            (RAIL, late(Place.G2), pole(Place.G1), pole(Place.G2), gap(Place.F), gap(Place.F)))
+    ]  # fmt: skip
+    poor = replace(base, effects=(late(Place.G2),), chi2=0.8 * base.chi2)
+    assert lagging(screened, [poor], base) == screened[2:5]
+    assert lagging(screened, [replace(poor, chi2=1.01 * base.count)], base) == []
+    assert lagging(screened, [], replace(base, chi2=float(base.count))) == []
+
+
 def test_what_promises_more_than_the_best_fit_kept_is_fitted_too(bench, monkeypatch):
     base, rail = bench.fitted(bench.plain, ()), fitted(bench, RAIL)
     first, second, third = (
@@ -188,11 +214,12 @@ def test_what_promises_more_than_the_best_fit_kept_is_fitted_too(bench, monkeypa
         return [replace(rail, chi2=base.chi2 - fall[p.candidate.effect]) for p in promises]
 
     monkeypatch.setattr(Bench, "raced", raced)
-    monkeypatch.setattr("identify.explain.select.hopeful", lambda screened, runs: [first, second, third])
-    monkeypatch.setattr("identify.explain.select.promised", lambda evidence, hope: hope)
-    monkeypatch.setattr("identify.explain.select.promising", lambda hopes, tried, runs: [first])
+    monkeypatch.setattr("identify.explain.bench.hopeful", lambda screened, runs: [first, second, third])
+    monkeypatch.setattr("identify.explain.bench.promised", lambda evidence, hope: hope)
+    monkeypatch.setattr("identify.explain.bench.promising", lambda hopes, tried, runs: [first])
     monkeypatch.setattr(Bench, "doubled", lambda self, base, tried: list(tried))
     monkeypatch.setattr(Bench, "fuller", lambda self, base, tried: [])
+    monkeypatch.setattr("identify.explain.bench.lagging", lambda screened, tried, base: [])
     this = bench.round(base)
     assert asked[:2] == [[first], [second]]
     assert base.chi2 - this.tried[0].chi2 == pytest.approx(290.0)

@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 
 from identify.effects import catalogue, chain_of
+from identify.explain.bench import Bench
 from identify.explain.locate import Located
 from identify.explain.round import Round
-from identify.explain.select import Bench
 from identify.explain.warrant import warranted
 from identify.stage import Place
 from identify.unnamed.correction import Correction

@@ -1,0 +1,270 @@
+"""On what data and grids are sets of effects fitted and compared, and which further effect explains most?
+
+A round screens every effect by what it would leave to first order, and fits the most promising ones jointly with the
+plain parameters.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from math import isfinite, log
+
+import numpy as np
+from scipy.linalg import LinAlgError
+
+from identify.candidates import candidates
+from identify.chain import Chain
+from identify.effects.effect import Effect
+from identify.evidence import Evidence
+from identify.explain.chance import scatters_more
+from identify.explain.hypothesis import NOISE_KNOWN, WORTH, Hypothesis
+from identify.explain.promise import Promise, promised
+from identify.explain.round import (
+    COMPARED,
+    Round,
+    hopeful,
+    lagging,
+    outdone,
+    passed_over,
+    promising,
+    ranked,
+    unforeseen,
+)
+from identify.fit import chi_squared, fit
+from identify.observe import Observation, refined
+from identify.phases import angles_of, scanned
+from identify.stepping import alike, coarsened
+from identify.thinning import thinned
+
+SPRINT = 4  # iterations in which candidates are fitted side by side
+LAPS = 12
+DECISIVE = 1.0  # of chi-squared: what a candidate may still gain below this changes no odds
+STEADY = 10.0  # times what a lap gained that the laps to come may gain
+NEAR, FAR = 200.0, 0.3  # of chi-squared, and share of the best fall: a fit further behind the best is not continued
+DOUBLED = 3  # candidates of a round that are fitted again from twice their strength
+STEPPED = 5  # rivals that are fitted again on a finer grid
+ITERATIONS = 40
+COARSER = 4  # instants of a grid to one of that on which a fit is searched
+ROUNDS = 3  # of measuring what finer grids add, at most
+TURNS = 4  # times phases are looked for anew once the rest has moved
+
+
+@dataclass(frozen=True)
+class Bench:
+    """The data, how well the variance of their noise is known, and the plain chain all hypotheses are built on."""
+
+    plain: Chain
+    observations: tuple[Observation, ...]
+    fixed: tuple[str, ...]
+    kinds: tuple[type[Effect], ...]
+    known: dict[tuple[Effect, ...], Hypothesis] = field(default_factory=dict)
+    noise_known: float = NOISE_KNOWN
+
+    @property
+    def surprise(self) -> float:
+        """Return the log of the odds, before any data, against one law being there: any of the catalogue might be."""
+        return log(max(len(self.kinds), 1))
+
+    def fitted(self, chain: Chain, effects: Sequence[Effect], iterations: int = ITERATIONS) -> Hypothesis:
+        """Fit a chain from its own values, with the priors of the plain parameters at the rig file's.
+
+        The search goes on coarser grids; what those of the bench add to the answer is measured where it begins and
+        where it ends, and again as long as that makes a difference.
+        """
+        seen = self._coarsened(chain)
+        found = fit(chain, seen, self.plain.values, self.fixed, iterations, valleys=False)
+        for _ in range(ROUNDS):
+            before, seen = seen, self._coarsened(found.chain)
+            if seen == before or alike(before, seen):
+                break
+            found = fit(found.chain, seen, self.plain.values, self.fixed, iterations, valleys=False)
+        chi2 = sum(chi_squared(found.chain, o) for o in seen)
+        return Hypothesis(tuple(effects), found, chi2, sum(o.count for o in self.observations), self.noise_known)
+
+    def finely(self, hypothesis: Hypothesis) -> Hypothesis:
+        """Return a hypothesis fitted on the grids of the bench, whose slopes tell how sure its values are."""
+        if all(o.substeps == 1 for o in self.observations):
+            return hypothesis
+        found = fit(hypothesis.fit.chain, self.observations, self.plain.values, self.fixed, ITERATIONS, valleys=False)
+        chi2 = sum(chi_squared(found.chain, o) for o in self.observations)
+        return replace(hypothesis, fit=found, chi2=chi2)
+
+    def _coarsened(self, chain: Chain) -> tuple[Observation, ...]:
+        """Return the data on coarser grids, with what their own add to an answer of ``chain``."""
+        try:
+            with np.errstate(over="ignore", invalid="ignore"):
+                return tuple(coarsened(o, chain, COARSER) for o in self.observations)
+        except (ValueError, ArithmeticError, LinAlgError):
+            return self.observations
+
+    def with_effects(self, effects: Sequence[Effect], values: Mapping[str, float]) -> Chain:
+        """Return the plain chain with ``effects`` in it and every value that ``values`` knows by full name."""
+        chain = self.plain
+        for effect in effects:
+            chain = effect.put_in(chain, {})
+        known = {k: v for k, v in values.items() if k.partition("[")[0] in chain.values}
+        return chain.with_values(known)
+
+    def evidence(self, base: Hypothesis) -> Evidence:
+        """Return what the residual of a hypothesis tells, of as few samples as tell all of it."""
+        few = thinned(base.fit, self.observations)
+        evidence = Evidence(base.fit, few.observations, self.observations)
+        return evidence if few.whole else evidence.fine
+
+    def refined(self, chain: Chain) -> "Bench":
+        """Return the bench with grids fine enough for ``chain``."""
+        finer = tuple(refined(o, chain) for o in self.observations)
+        return self if finer == self.observations else replace(self, observations=finer, known={})
+
+    def round(self, base: Hypothesis) -> "Round":
+        """Screen all effects on the residual of ``base`` and fit those that promise most."""
+        evidence = self.evidence(base)
+        screened = candidates(evidence, self.kinds)
+        runs = len(self.observations)
+        hopes = [promised(evidence, c) for c in hopeful(screened, runs)]
+        worth = promising(hopes, len(screened), runs)
+        tried = self.raced(base, worth)
+        late = outdone(hopes, worth, base.chi2 - min((h.chi2 for h in tried), default=base.chi2)) if tried else []
+        worth, tried = [*worth, *late], self.doubled(base, [*tried, *self.raced(base, late)])
+        left_over = min((h.misfit for h in tried), default=base.misfit)
+        if not left_over < self.noise_known < base.misfit:
+            left = [*(p.candidate for p in unforeseen(hopes, worth)), *lagging(screened, tried, base)]
+            starts = [Promise(c, c.effect.put_in(base.fit.chain, c.values), c.gain) for c in left]
+            tried = [*tried, *self.raced(base, starts)]
+        fitted = [h for h in (*tried, *self.fuller(base, tried)) if self.possible(h)]
+        return Round(base, tuple(screened), ranked(base, fitted), passed_over=passed_over(hopes, worth))
+
+    def possible(self, hypothesis: Hypothesis) -> bool:
+        """Return whether all of its effects are there, and none implies more scatter than there is."""
+        chain = hypothesis.fit.chain
+        if not all(isfinite(chain.values[p.name]) for effect in hypothesis.effects for p in effect.parameters()):
+            return False
+        return not any(scatters_more(chain, effect, self.observations) for effect in hypothesis.effects)
+
+    def raced(self, base: Hypothesis, promises: Sequence[Promise]) -> list[Hypothesis]:
+        """Fit candidates side by side, a few iterations at a time; one that cannot come near is not fitted further."""
+        found = [self.extended(base, promise) for promise in promises]
+        hopes = [h.hope for h in found]
+        for _ in range(LAPS):
+            best = min(found, key=lambda h: h.chi2, default=base)
+            reach = max(NEAR, FAR * (base.chi2 - best.chi2))
+            running = [
+                not h.fit.converged and h.chi2 - best.chi2 < min(reach, max(COMPARED, more)) and more > DECISIVE
+                for h, more in zip(found, hopes, strict=True)
+            ]
+            if not any(running):
+                break
+            lap = [self.continued(h) if runs else h for h, runs in zip(found, running, strict=True)]
+            gained = [STEADY * (old.chi2 - new.chi2) for old, new in zip(found, lap, strict=True)]
+            hopes = [min(gain, h.hope) for gain, h in zip(gained, lap, strict=True)]
+            found = lap
+        return found
+
+    def doubled(self, base: Hypothesis, tried: Sequence[Hypothesis]) -> list[Hypothesis]:
+        """Fit what came near the best again with its effect twice as strong, where the best leaves more than noise.
+
+        Plain values that were moved to stand in for a lag hold part of it back: a minimum with half of each.
+        """
+        found = sorted(tried, key=lambda h: h.chi2)
+        if not found or found[0].misfit < self.noise_known:
+            return found
+        reach = found[0].chi2 + FAR * (base.chi2 - found[0].chi2)
+        for number, h in enumerate(found[:DOUBLED]):
+            stronger = h.effects[-1].doubled(h.fit.chain)
+            if h.chi2 < reach and stronger is not h.fit.chain:
+                again = self.fitted(stronger.with_values(base.fit.chain.values), h.effects)
+                found[number] = min((h, again), key=lambda one: one.chi2)
+        return found
+
+    def fuller(self, base: Hypothesis, tried: Sequence[Hypothesis]) -> list[Hypothesis]:
+        """Fit forms with one parameter more of what came near the best, where the best leaves more than noise."""
+        best = min(tried, key=lambda h: h.chi2, default=base)
+        if best.misfit < self.noise_known:
+            return []
+        reach = best.chi2 + FAR * (base.chi2 - best.chi2)
+        known, found = {h.effects[-1] for h in tried}, []
+        for h in (h for h in tried if h.chi2 < reach):
+            for more in (form for form in h.effects[-1].fuller() if form not in known):
+                known.add(more)
+                found.append(self.reformed(h, h.effects[-1], more))
+        return found
+
+    def reformed(self, hypothesis: Hypothesis, effect: Effect, form: Effect) -> Hypothesis:
+        """Fit ``hypothesis`` with another form of one of its effects, from the values it has."""
+        effects = hypothesis.effects_with(form, effect)
+        chain = self.with_effects(effects, hypothesis.fit.chain.values)
+        return self.fitted(form.completed(chain, Evidence(hypothesis.fit, self.observations)), effects)
+
+    def continued(self, hypothesis: Hypothesis) -> Hypothesis:
+        """Fit a hypothesis a few iterations further from where it is."""
+        return self.fitted(hypothesis.fit.chain, hypothesis.effects, SPRINT)
+
+    def decided(self, this: "Round") -> tuple["Bench", "Round"]:
+        """Compare what came close again, on grids fine enough for all of it; return the bench on these grids, too.
+
+        Where nothing comes near to explaining enough for a name, nothing has to be compared.
+        """
+        finer = self
+        close = this.close[:STEPPED]
+        if not any(rival.gains_enough(this.base, 0.5 * WORTH) for rival in close):
+            return self, this
+        for rival in close:
+            finer = finer.refined(rival.fit.chain)
+        if finer is self:
+            return self, this
+        tried = [finer.fitted(rival.fit.chain, rival.effects, SPRINT) for rival in close]
+        reach = min(h.chi2 for h in tried) + NEAR
+        tried = [h if h.fit.converged or h.chi2 > reach else finer.fitted(h.fit.chain, h.effects) for h in tried]
+        base = finer.fitted(this.base.fit.chain, this.base.effects)
+        late = finer.overtaking(this, min((h.chi2 for h in tried), default=base.chi2), base)
+        behind = [h for h in this.tried if not any(h is rival for rival in close)]
+        return finer, replace(this, base=base, tried=(*ranked(base, [*tried, *late]), *behind))
+
+    def overtaking(self, this: "Round", best: float, base: Hypothesis) -> list[Hypothesis]:
+        """Fit what was passed over on the samples' grid and on this one comes near ``best`` before it is fitted."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            left = [(p, sum(chi_squared(p.chain, o) for o in self.observations)) for p in this.passed_over]
+        near = [p for p, chi2 in left if chi2 - p.slack < best + COMPARED]
+        return [h for h in self.raced(base, near) if self.possible(h)]
+
+    def extended(self, base: Hypothesis, promise: Promise) -> Hypothesis:
+        """Fit ``base`` with one more effect for a few iterations, and its angles until they stay."""
+        effect = promise.candidate.effect
+        apart = promise.chain.with_values(base.fit.chain.values)
+        start = min((promise.chain, apart), key=lambda c: sum(chi_squared(c, o) for o in self.observations))
+        effects = (*base.effects, effect)
+        angles = angles_of(effect.parameters())  # those of others are fitted already
+        found = self.fitted(scanned(start, self.observations, angles), effects, SPRINT)
+        for _ in range(TURNS):
+            turned = scanned(effect.upright(found.fit.chain), self.observations, angles)
+            if turned is found.fit.chain:
+                break
+            before, found = found, self.fitted(turned, effects, SPRINT)
+            if found.chi2 > before.chi2 - DECISIVE:
+                return min((before, found), key=lambda h: h.chi2)
+        return found
+
+    def pruned(self, hypothesis: Hypothesis) -> Hypothesis:
+        """Drop effects that no longer pay for themselves and for all laws tried, the weakest first."""
+        while len(hypothesis.effects) > 1:
+            without = [self.without(hypothesis, effect) for effect in hypothesis.effects]
+            best = max(without, key=lambda h: h.advantage(hypothesis))
+            if best.advantage(hypothesis) < -2.0 * self.surprise:
+                break
+            hypothesis = best
+        return self.simplified(hypothesis)
+
+    def simplified(self, hypothesis: Hypothesis) -> Hypothesis:
+        """Take simpler forms of effects, with fewer parameters, where the others do not pay."""
+        for effect in hypothesis.effects:
+            found = [self.reformed(hypothesis, effect, simpler) for simpler in effect.simpler()]
+            best = max(found, key=lambda h: h.advantage(hypothesis), default=hypothesis)
+            if best.advantage(hypothesis) > 0.0:
+                return self.simplified(best)
+        return hypothesis
+
+    def without(self, hypothesis: Hypothesis, effect: Effect) -> Hypothesis:
+        """Fit ``hypothesis`` less one effect; what was fitted before on these data is remembered."""
+        rest = tuple(e for e in hypothesis.effects if e is not effect)
+        if rest not in self.known:
+            self.known[rest] = self.fitted(self.with_effects(rest, hypothesis.fit.chain.values), rest)
+        return self.known[rest]
