@@ -98,10 +98,11 @@ def whitening(colour: Colour) -> Filter:
 def _climbing(colour: Colour) -> Filter:
     """Return the filter of a ladder at work; where a reading is not in use the last one before it holds.
 
-    Such noise did not begin with the run: its first reading stands for all those before. From rest, the noise that the
-    run begins with would pass for a jump.
+    Such noise did not begin with the run: the level of its first readings, as many as the white noise in them needs to
+    average out, stands for all those before. From rest, the noise that the run begins with would pass for a jump.
     """
     sections = np.array([(1.0, -pole, 0.0, 1.0, -zero, 0.0) for pole, zero in colour.ladder])
+    first = round(1.0 / (1.0 - min(map(min, colour.ladder))))  # readings in the quickest of the ladder's times
     settled, state, last = sosfilt_zi(sections), np.zeros(0), np.zeros(0)
 
     def run(values: Array, use: Mask) -> Array:
@@ -109,7 +110,7 @@ def _climbing(colour: Colour) -> Filter:
         if not use.any():
             return values[use]
         if state.shape[2:] != values.shape[1:] or not state.size:
-            last = values[np.argmax(use)]
+            last = np.mean(values[np.flatnonzero(use)[:first]], axis=0)
             state = settled.reshape(*settled.shape, *(1,) * last.ndim) * last
         shown = values if use.all() else _holding(values, use, last)
         white, state = sosfilt(sections, shown, axis=0, zi=state)

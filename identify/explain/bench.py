@@ -17,7 +17,7 @@ from identify.effects.effect import Effect
 from identify.evidence import Evidence
 from identify.explain.chance import scatters_more
 from identify.explain.hypothesis import NOISE_KNOWN, WORTH, Hypothesis
-from identify.explain.promise import Promise, promised
+from identify.explain.promise import Promise, promised, together
 from identify.explain.round import (
     COMPARED,
     Round,
@@ -131,7 +131,8 @@ class Bench:
             starts = [Promise(c, c.effect.put_in(base.fit.chain, c.values), c.gain) for c in left]
             tried = [*tried, *self.raced(base, starts)]
         fitted = [h for h in (*tried, *self.fuller(base, tried)) if self.possible(h)]
-        return Round(base, tuple(screened), ranked(base, fitted), passed_over=passed_over(hopes, worth))
+        pairs = () if left_over < self.noise_known else together(evidence, hopes)
+        return Round(base, tuple(screened), ranked(base, fitted), None, passed_over(hopes, worth), pairs)
 
     def possible(self, hypothesis: Hypothesis) -> bool:
         """Return whether all of its effects are there, and none implies more scatter than there is."""

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from identify.explain.bench import Bench
 
 EXCHANGED = 4  # rivals that an effect chosen early is exchanged for
-CROSSED = 3  # pairs of such a rival and a law tried later that are fitted
+CROSSED = 3  # pairs of laws that are fitted in the place of the last two
+MISTAKEN = 0.02  # of what was explained: by as much first order may be mistaken about such a pair
 LAPS = 12  # iterations after which an exchange that is far behind is not fitted further
 FULLER = 500.0  # of chi-squared: by as much one more value of a law may bring it ahead
 
@@ -23,10 +24,10 @@ FULLER = 500.0  # of chi-squared: by as much one more value of a law may bring i
 def exchanged(bench: "Bench", hypothesis: Hypothesis, rounds: Sequence[Round]) -> Hypothesis:
     """Exchange single effects for what could not be excluded when they were chosen, where that pays.
 
-    The last two together, too, where noise is not all that is left. Then each for a law of fewer numbers, where its own
-    have come to where the two hardly differ.
+    The last two together, too. Then each for a law of fewer numbers, where its own have come to where the two hardly
+    differ.
     """
-    if len(rounds) > 1 and hypothesis.misfit > bench.noise_known:
+    if len(rounds) > 1:
         options = crossed(bench, hypothesis, *rounds[-2:])
         hypothesis = max([hypothesis, *options], key=lambda h: h.advantage(hypothesis))
     for number, effect in enumerate(hypothesis.effects[:-1]):
@@ -40,8 +41,15 @@ def exchanged(bench: "Bench", hypothesis: Hypothesis, rounds: Sequence[Round]) -
 
 
 def crossed(bench: "Bench", hypothesis: Hypothesis, before: Round, this: Round) -> list[Hypothesis]:
-    """Fit laws tried in this round beside rivals of the round before, where to first order that promises more."""
-    promises = []
+    """Fit two laws in the place of the last two where these promise more: to first order, or in proportion to each.
+
+    Either a rival of the round before and a law tried in this one, or two of the round before that do best by twos.
+    """
+    base, promises = before.base, []
+    for pair in before.pairs:
+        effects = (*base.effects, *(p.candidate.effect for p in (pair.one, pair.other)))
+        values = {**pair.one.chain.values, **pair.other.chain.values, **base.fit.chain.values}
+        promises.append((base.chi2 - pair.gain, bench.with_effects(effects, values), effects))
     for rival in [r for r in before.undecided if r.effects != this.base.effects][:EXCHANGED]:
         evidence = bench.evidence(rival)
         for tried in [h for h in this.tried if h.effects[-1].id not in rival.names]:
@@ -49,7 +57,9 @@ def crossed(bench: "Bench", hypothesis: Hypothesis, before: Round, this: Round) 
             chain = bench.with_effects(effects, {**tried.fit.chain.values, **rival.fit.chain.values})
             seen = evidence.seen_by(effects[-1])
             promises.append((rival.chi2 - _gain(*seen.products(seen.change(chain))), chain, effects))
-    worth = sorted((p for p in promises if p[0] < hypothesis.chi2), key=lambda p: p[0])[:CROSSED]
+    reach = hypothesis.chi2 + MISTAKEN * max(base.chi2 - hypothesis.chi2, 0.0)
+    others = [p for p in promises if p[0] < reach and {*p[2]} != {*hypothesis.effects}]
+    worth = sorted(others, key=lambda p: p[0])[:CROSSED]
     found = [bench.fitted(chain, effects, LAPS) for _, chain, effects in worth]
     near = [h.fit.converged or h.chi2 - h.hope > hypothesis.chi2 for h in found]
     return [h if done else bench.fitted(h.fit.chain, h.effects) for h, done in zip(found, near, strict=True)]

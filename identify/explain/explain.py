@@ -18,7 +18,7 @@ from identify.explain.explanation import Explanation
 from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
 from identify.explain.locate import located
 from identify.explain.neighbours import resettled, settled
-from identify.explain.readings import Look, Readings, counts_another, hides_noise, loses, read, reread
+from identify.explain.readings import Look, Readings, counts_another, hides_noise, loses, read, reread, suspected
 from identify.explain.select import selected
 from identify.explain.survey import surveyed
 from identify.explain.warrant import Warranted, warranted
@@ -63,6 +63,9 @@ def _explained(
     data, bench, plain = readings.data, readings.bench, readings.plain
     note("locating the mismatch", 0.1)
     seen = surveyed(bench, plain)
+    noisy = suspected(readings, look.leave_out) if look.against is None else 0.0
+    if noisy and selected(bench, plain, note, 1)[1].advantage(plain) < noisy:
+        return _explained(model, traces, hold_out, note, replace(look, against=plain.fit.chain))
     bench, final, rounds = selected(bench, plain, note)
     final = resettled(bench, final)
     if look.against is None and hides_noise(readings, bench, final, look.leave_out):

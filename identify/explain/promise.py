@@ -6,6 +6,7 @@ Pereyra, SIAM J. Numer. Anal. 10 (1973) 413). Where an effect is small this is i
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from scipy.linalg import LinAlgError
@@ -26,6 +27,8 @@ ENOUGH = 0.3  # of chi-squared: a step that gains less is the last
 SHORTER = 0.25
 STEADY = 3.0  # times what the last step gained that further ones may gain
 UNSURE = 2.0  # times the error of the first order: by as much a fit may differ
+PAIRS = 3  # of promises that are kept
+ALIKE = 1e-6  # share of the information of two below which they are one
 STEPPED = 0.005  # of a fall: by as much the samples' own grid, on which effects are compared here, may mistake it
 
 
@@ -41,6 +44,15 @@ class Promise:
     chain: Chain
     gain: float
     slack: float = 0.0
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two promises, and the fall of chi-squared they make together."""
+
+    one: Promise
+    other: Promise
+    gain: float
 
 
 def promised(evidence: Evidence, candidate: Candidate) -> Promise:
@@ -63,6 +75,27 @@ def promised(evidence: Evidence, candidate: Candidate) -> Promise:
     fallen = float(kept @ (2.0 * evidence.residual - kept))
     slack = abs(gain - fallen) if np.isfinite(fallen) else float("inf")
     return Promise(candidate, there, gain, UNSURE * slack + STEADY * risen + STEPPED * max(gain, 0.0))
+
+
+def together(evidence: Evidence, promises: Sequence[Promise]) -> tuple[Pair, ...]:
+    """Return the two promises that let chi-squared fall most together, each in proportion to its change, best first.
+
+    No first of two need be the best law alone: neither has to stand in for the other where both are there.
+    """
+    fine = evidence.fine
+    with np.errstate(over="ignore", invalid="ignore"):
+        rows = [fine.change(p.chain.with_values(fine.chain.values)) for p in promises]
+    kept = [(p, row) for p, row in zip(promises, rows, strict=True) if np.all(np.isfinite(row))]
+    if len(kept) < 2:
+        return ()
+    matrix, right = fine.normal_of(np.array([row for _, row in kept]))
+    found = []
+    for at in combinations(range(len(kept)), 2):
+        one, other = (kept[i][0] for i in at)
+        sizes = np.linalg.pinv(matrix[np.ix_(at, at)], rcond=ALIKE, hermitian=True) @ right[list(at)]
+        if one.candidate.effect.id != other.candidate.effect.id and np.all(sizes > 0.0):
+            found.append(Pair(one, other, float(right[list(at)] @ sizes)))
+    return tuple(sorted(found, key=lambda pair: -pair.gain)[:PAIRS])
 
 
 def _own(evidence: Evidence, chain: Chain) -> tuple[Coordinate, ...]:

@@ -22,7 +22,7 @@ from identify.natural_units import shown_interval
 from identify.noise import good
 from identify.observe import pooled_rms
 from identify.readings.blemish import Blemish
-from identify.readings.coloured_noise import ColouredNoise, coloured_noise, in_repeats, spectra
+from identify.readings.coloured_noise import ColouredNoise, against_repeats, coloured_noise, in_repeats, spectra
 from identify.readings.grid import adc_steps
 from identify.readings.mend import Mended, answer, mended
 from identify.readings.missing_samples import MissingSamples
@@ -152,6 +152,20 @@ def _whitened(
         for part in (data.train, data.test)
     )
     return replace(data, train=train, test=test, noise=replace(data.noise, rms_v=noise.rms_v)), (noise.blemish,)
+
+
+def suspected(readings: Readings, leave_out: Sequence[str]) -> float:
+    """Return what speaks for coloured noise in what the plain model leaves, twice a log-likelihood.
+
+    Zero where the repeats rule that out, or where they told of it already. What they cannot tell is for physics to
+    explain better: noise has no answer to the stimulus.
+    """
+    if ColouredNoise.id in (*leave_out, *(b.id for b in readings.found)):
+        return 0.0
+    noise = noise_left(*_less(readings.plain.fit.chain, _as_recorded(readings), readings.data.noise.rms_v))
+    if noise is None or against_repeats(noise, spectra(readings.traces, readings.settle_s)):
+        return 0.0
+    return noise.told
 
 
 def hides_noise(readings: Readings, bench: Bench, hypothesis: Hypothesis, leave_out: Sequence[str]) -> bool:

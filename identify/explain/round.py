@@ -7,7 +7,7 @@ from scipy.stats import chi2 as chi2_distribution
 
 from identify.candidates import Candidate
 from identify.explain.hypothesis import Hypothesis, is_angle, is_discovery
-from identify.explain.promise import Promise
+from identify.explain.promise import Pair, Promise
 from identify.stage import Place
 
 LOOKED_AT = 16  # candidates whose own parameters are fitted to first order
@@ -33,6 +33,7 @@ class Round:
     tried: tuple[Hypothesis, ...]
     settled: Hypothesis | None = None  # the winner, once the effects before it were looked at again beside it
     passed_over: tuple[Promise, ...] = ()  # what promised nearly as much as the best, and was not fitted
+    pairs: tuple[Pair, ...] = ()  # what promises most by twos, where no law explains it all
 
     @property
     def information(self) -> float:
@@ -123,12 +124,12 @@ def unforeseen(promises: Sequence[Promise], fitted: Sequence[Promise]) -> list[P
 
 
 def lagging(screened: Sequence[Candidate], tried: Sequence[Hypothesis], base: Hypothesis) -> list[Candidate]:
-    """Return every lag that was not fitted, from its best start, where the best fit leaves much of the misfit.
+    """Return every lag that was not fitted, from its best start, where the best fit leaves much of a plain misfit.
 
     The plain values stand in for a large one, and first order does not lead back from where they have gone.
     """
     best = min(tried, key=lambda h: h.chi2, default=base)
-    if base.misfit < base.noise_known or best.share(base) > WHOLE:
+    if base.effects or base.misfit < base.noise_known or best.share(base) > WHOLE:
         return []
     fitted = {(h.effects[-1].id, h.effects[-1].place) for h in tried}
     found: dict[tuple[str, Place], Candidate] = {}

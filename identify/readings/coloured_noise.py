@@ -132,9 +132,10 @@ class Coloured:
 
 @dataclass(frozen=True)
 class Told(Coloured):
-    """The same, found beyond doubt; ``blemish`` tells of it."""
+    """The same, found beyond doubt; ``blemish`` tells of it, ``told`` is twice the fall of the log-likelihood."""
 
     blemish: ColouredNoise
+    told: float
 
 
 def lines_of(trace: Trace) -> Array:
@@ -169,7 +170,7 @@ def told_by(seen: Sequence[Spectrum], kept: Sequence[Spectrum], bursts: Callable
         "sd": Interval(sd_v, sd_v * float(np.exp(-1.96 * scatter[1])), sd_v * float(np.exp(1.96 * scatter[1]))),
         "slope": Interval(slope, slope - 1.96 * float(scatter[2]), slope + 1.96 * float(scatter[2])),
     }
-    return Told(white_v, sd_v, slope, ColouredNoise(values, float(chi2.sf(told, 2))))
+    return Told(white_v, sd_v, slope, ColouredNoise(values, float(chi2.sf(told, 2))), told)
 
 
 def _white(seen: Sequence[Spectrum]) -> float:
@@ -219,6 +220,11 @@ def in_repeats(noise: Coloured, seen: Sequence[Spectrum]) -> bool:
     return bool(seen) and _improvement(seen, noise) > CONFIRMING
 
 
+def against_repeats(noise: Coloured, seen: Sequence[Spectrum]) -> bool:
+    """Return whether the differences between repeats rule a noise out: they are whiter than it would make them."""
+    return bool(seen) and _improvement(seen, noise) < -CONFIRMING
+
+
 def _curvature(seen: Sequence[Spectrum], at: Array) -> Array:
     """Return the expected curvature of the cost: the sum of products of relative slopes of the expected power."""
     total = np.zeros((3, 3))
@@ -257,7 +263,7 @@ def _bursts(traces: Sequence[Trace], settle_s: float, noise: Coloured) -> float:
 def straying(white: Sequence[Array]) -> float:
     """Return by how many standard deviations of chance white noise, or sums of it, strays beyond a normal law.
 
-    The filter that made it white took the first reading for all before it: the first tenth of readings is left out.
+    The filter that made it white took the first readings for all before them: the first tenth of them is left out.
     """
     sums: dict[int, list[Array]] = {length: [] for length in LENGTHS}
     for new in (each[each.size // 10 :] for each in white):

@@ -15,7 +15,15 @@ from identify.holdout import settling_s, split
 from identify.interval import Interval
 from identify.readings import blemishes
 from identify.readings.blemish import Blemish
-from identify.readings.coloured_noise import Coloured, ColouredNoise, coloured_noise, in_repeats, spectra
+from identify.readings.coloured_noise import (
+    Coloured,
+    ColouredNoise,
+    coloured_noise,
+    in_repeats,
+    lines_of,
+    power_of,
+    spectra,
+)
 from identify.readings.grid import COARSE, adc_steps
 from identify.readings.mend import mended
 from identify.readings.missing_samples import MissingSamples, loss_in, with_gap
@@ -284,6 +292,22 @@ def test_noise_that_a_run_begins_with_is_no_jump():
     level = np.where(use, 3.0, 0.0)
     assert whitening(colour)(level, use) == pytest.approx(np.full(55, 3.0 / colour.slow))
     assert whitening(colour)(np.full((60, 2), 3.0), np.ones(60, dtype=bool)) == pytest.approx(3.0 / colour.slow)
+
+
+@pytest.mark.parametrize(("sd_v", "slope"), [(0.3, 1.8), (0.02, 1.0)])
+def test_a_run_that_begins_amid_noise_is_white_from_its_first_reading_on(sd_v, slope):
+    """Whether the noise towers above the white one or drowns in it: neither's first reading tells the other's level."""
+    noise, size = Coloured(0.1, sd_v, slope), 20_000
+    run = Trace("run", 1e4, np.zeros(size), np.zeros(size))
+    power = power_of(lines_of(run), lines_of(run), noise.white_v, noise.sd_v, noise.slope)
+    begins = []
+    for seed in range(40):
+        lines = np.fft.rfft(np.random.default_rng(seed).normal(size=size))[1:] * np.sqrt(power)
+        e = np.roll(np.fft.irfft(np.concatenate(([0.0], lines)), size), seed * 431)
+        begins.append(whitening(noise.colour(run))(e / noise.rms_v, np.ones(size, dtype=bool))[:2000])
+    assert np.mean(np.square(begins)) == pytest.approx(1.0, abs=0.1)
+    levels = np.mean(np.array(begins).reshape(40, 10, 200), axis=2) * np.sqrt(200.0)
+    assert np.mean(np.square(levels)) < 2.0
 
 
 def test_steps_of_the_adc_are_told_when_they_matter_against_the_noise():
