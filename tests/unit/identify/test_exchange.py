@@ -4,10 +4,12 @@ from dataclasses import replace
 
 import pytest
 
+from identify.candidates import Candidate
 from identify.effects import catalogue, chain_of
 from identify.explain.bench import Bench
 from identify.explain.exchange import crossed, exchanged, plainer, swapped
 from identify.explain.locate import Located
+from identify.explain.promise import promised, together
 from identify.explain.rivals import odds
 from identify.explain.round import WHOLE, Round, counts
 from identify.stage import Place
@@ -67,7 +69,27 @@ def test_a_law_tried_late_is_fitted_beside_what_the_law_before_it_could_not_excl
     (found,) = crossed(droops, beside, before, Round(creep, (), (beside,)))
     assert found.effects == (BOTH, BYPASS)
     assert found.chi2 < beside.chi2
-    assert crossed(droops, replace(beside, chi2=0.0), before, Round(creep, (), (beside,))) == []
+    told = replace(before, base=replace(before.base, chi2=0.0))  # nothing left to tell: no promise comes near
+    assert crossed(droops, replace(beside, chi2=0.0), told, Round(creep, (), (beside,))) == []
+
+
+def test_two_laws_that_do_best_by_twos_are_fitted_though_neither_was_tried_alone() -> None:
+    """As where each alone explains less than one wrong law does."""
+    there = bench(Concealed("leak", {"rate": 0.1}), Concealed("feedthrough", {"k": 0.002}))
+    base = there.fitted(there.plain, ())
+    evidence = there.evidence(base)
+    at = {LEAK: {"rate": 0.1}, BYPASS: {"k": 0.001}, CREEP: {"fraction": 0.001, "tau": 0.1}}
+    promises = [promised(evidence, Candidate(law, values, 0.0)) for law, values in at.items()]
+    pairs = together(evidence, promises)
+    assert {law.candidate.effect for law in (pairs[0].one, pairs[0].other)} == {LEAK, BYPASS}
+    assert pairs[0].gain > max(p.gain for p in promises)
+    assert pairs[0].gain == pytest.approx(base.chi2 - base.count, rel=0.05)
+    creep = there.fitted(there.with_effects((CREEP,), TRUTH), (CREEP,))
+    before = Round(base, (), (creep,), pairs=pairs)
+    found = crossed(there, replace(creep, chi2=0.9 * base.chi2), before, Round(creep, (), ()))
+    best = min(found, key=lambda h: h.chi2)
+    assert set(best.effects) == {LEAK, BYPASS}
+    assert best.fit.chain.values["feedthrough.k"] == pytest.approx(0.002, rel=0.1)
 
 
 @pytest.mark.parametrize(("law", "values", "coefficients"), [
