@@ -22,12 +22,13 @@ from identify.natural_units import shown_interval
 from identify.noise import good
 from identify.observe import pooled_rms
 from identify.readings.blemish import Blemish
-from identify.readings.coloured_noise import ColouredNoise, against_repeats, coloured_noise, in_repeats, spectra
+from identify.readings.coloured_noise import ColouredNoise, against_repeats, coloured_noise, in_repeats
 from identify.readings.grid import adc_steps
 from identify.readings.mend import Mended, answer, mended
 from identify.readings.missing_samples import MissingSamples
 from identify.readings.noise_left import noise_left
 from identify.readings.range_end import RangeEnd, range_ends
+from identify.readings.spectra import spectra
 from identify.stage import Place
 from identify.trace import Trace
 

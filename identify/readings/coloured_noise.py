@@ -1,12 +1,11 @@
 """Is there noise that hangs together over long times, and how large and how steep is it?
 
-Told from what repeats: the difference of two repeats of one stimulus holds no answer of the rig, only noise, and what
-changes with the clock (offset, scale, time base), which is freed from it by regression; the mains are left out. Its
-power at every frequency is compared with white noise and a power law, by Whittle's likelihood (P. Whittle, Ark. Mat. 2
-(1953) 423): ordinates of a periodogram are independent and exponential about the spectrum.
+Told from what repeats (identify.readings.spectra). Its power at every frequency is compared with white noise and a
+power law, by Whittle's likelihood (P. Whittle, Ark. Mat. 2 (1953) 423): ordinates of a periodogram are independent and
+exponential about the spectrum.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, final
 
@@ -17,15 +16,12 @@ from scipy.stats import chi2, kurtosis
 from identify.colour import Colour, whitening
 from identify.effects.effect import Confusion
 from identify.interval import Interval
-from identify.noise import good, repeated
 from identify.quadratic import inverse
 from identify.readings.blemish import Blemish
+from identify.readings.spectra import Spectrum, difference, lines_of, power_of, repeats, spectra
 from identify.stage import Parameter
-from identify.trace import Array, Mask, Trace
+from identify.trace import Array, Trace
 
-MAINS_HZ = (50.0, 60.0)
-BESIDE_MAINS_HZ = 1.0
-HARMONICS = 10
 CONVINCING = 60.0  # twice the fall of the log-likelihood
 CONFIRMING = 10.0  # the same on readings kept back
 MISFIT = 2.0  # deviance a band from which noise follows another law, or is none
@@ -34,9 +30,6 @@ SLOPES = (0.3, 3.0)
 STARTS = ((0.3, 1.0), (1.0, 0.7), (1.0, 1.5), (3.0, 1.0))  # sd over the white noise, slope
 PER_DECADE = 1.6  # poles and zeros of the filter that whitens it
 STEP = 1e-3  # of the differences for the curvature
-LOWEST = 3  # ordinates: what is left of drifts
-BANDS = 30  # a decade: the power law bends little in one
-LEAST = 400  # readings of a pair of repeats
 LENGTHS = (1, 10, 100)  # readings whose sums are compared with a normal law
 ALIKE = 0.15  # difference in the logarithm of the rms, and in slope, that a fit hardly notices
 BURSTS = 8.0  # standard deviations by which their kurtosis may exceed its
@@ -65,29 +58,6 @@ class ColouredNoise(Blemish):
         """Return whether a fit would weigh readings much the same with another such noise."""
         sd, slope = ((self.values[name].value, other.values[name].value) for name in ("sd", "slope"))
         return abs(float(np.log(sd[0] / sd[1]))) < ALIKE and abs(slope[0] - slope[1]) < ALIKE
-
-
-@dataclass(frozen=True)
-class Spectrum:
-    """Power of the difference of two repeats per sqrt(2), V^2, at frequencies in Hz, each the mean of ``count``.
-
-    ``lines_hz`` are the recording's own frequencies, over which coloured noise has its rms.
-    """
-
-    frequency_hz: Array
-    power: Array
-    count: Array
-    lines_hz: Array
-
-    def expected(self, white_v: float, sd_v: float, slope: float) -> Array:
-        """Return the mean power of white and coloured noise together."""
-        return power_of(self.frequency_hz, self.lines_hz, white_v, sd_v, slope)
-
-
-def power_of(frequency_hz: Array, lines_hz: Array, white_v: float, sd_v: float, slope: float) -> Array:
-    """Return the power of noise whose coloured part has rms ``sd_v`` over the lines of a recording, V^2."""
-    share = sd_v**2 / float(np.mean(lines_hz**-slope))
-    return np.asarray(white_v**2 + share * frequency_hz**-slope)
 
 
 @dataclass(frozen=True)
@@ -136,11 +106,6 @@ class Told(Coloured):
 
     blemish: ColouredNoise
     told: float
-
-
-def lines_of(trace: Trace) -> Array:
-    """Return the frequencies of a recording, from one period in it to half its rate, Hz."""
-    return np.asarray(trace.rate_hz / trace.size * np.arange(1, trace.size // 2 + 1))
 
 
 def coloured_noise(training: Sequence[Trace], proof: Sequence[Trace], settle_s: float) -> Told | None:
@@ -237,25 +202,12 @@ def _curvature(seen: Sequence[Spectrum], at: Array) -> Array:
     return total
 
 
-def spectra(traces: Sequence[Trace], settle_s: float) -> list[Spectrum]:
-    """Return the power of the difference between the repeats of every recording that has any."""
-    return [_spectrum(trace, *pair) for trace in traces for pair in _pairs(trace, settle_s)]
-
-
-def _pairs(trace: Trace, settle_s: float) -> Iterator[tuple[int, int]]:
-    """Yield where pairs of repeats begin, and how many samples they are apart and long."""
-    for first, stop, period in repeated(trace, round(settle_s * trace.rate_hz)):
-        lag = (stop - first) // (2 * period) * period
-        if lag >= LEAST:
-            yield first, lag
-
-
 def _bursts(traces: Sequence[Trace], settle_s: float, noise: Coloured) -> float:
     """Return by how many standard deviations of chance the noise, made white, strays farther than a normal law's."""
     white = []
     for trace in traces:
         made_white = whitening(noise.colour(trace))
-        for left, use in (_difference(trace, *pair) for pair in _pairs(trace, settle_s)):
+        for left, use in (difference(trace, *pair) for pair in repeats(trace, settle_s)):
             white.append(made_white(left[use], np.ones(np.count_nonzero(use), dtype=np.bool_)))
     return straying(white)
 
@@ -271,41 +223,3 @@ def straying(white: Sequence[Array]) -> float:
             found.append(new[: new.size // length * length].reshape(-1, length).sum(axis=1))
     together = [np.concatenate(found) for found in sums.values() if found]
     return max((float(kurtosis(each)) / (24.0 / each.size) ** 0.5 for each in together if each.size), default=0.0)
-
-
-def _difference(trace: Trace, first: int, lag: int) -> tuple[Array, Mask]:
-    """Return the difference between two stretches ``lag`` samples apart, freed of drifts, and which of it counts."""
-    use = good(trace)[first : first + lag] & good(trace)[first + lag : first + 2 * lag]
-    once, again = trace.y[first : first + lag], trace.y[first + lag : first + 2 * lag]
-    t, mean = np.linspace(-1.0, 1.0, lag), 0.5 * (once + again)
-    columns = np.stack((np.ones(lag), t, mean, t * mean, np.gradient(mean)), axis=1)
-    difference = np.where(use, again - once, 0.0) / np.sqrt(2.0)
-    return difference - columns @ np.linalg.lstsq(columns, difference, rcond=None)[0], use
-
-
-def _spectrum(trace: Trace, first: int, lag: int) -> Spectrum:
-    """Return the periodogram of the difference between two stretches ``lag`` samples apart, freed of drifts."""
-    return spectrum(trace, *_difference(trace, first, lag))
-
-
-def spectrum(trace: Trace, noise: Array, use: Mask) -> Spectrum:
-    """Return the periodogram of noise in a recording, V, shape (n,), where it counts.
-
-    Seen through a window of Hann, every second ordinate stands for itself.
-    """
-    window = np.hanning(noise.size)
-    power = np.square(np.abs(np.fft.rfft(np.where(use, noise, 0.0) * window))) / float(window @ (window * use))
-    frequency = np.fft.rfftfreq(noise.size, 1.0 / trace.rate_hz)
-    kept = np.arange(frequency.size) % 2 == 0
-    kept[:LOWEST], kept[-1] = False, False
-    for line in np.outer(MAINS_HZ, np.arange(1, HARMONICS + 1)).ravel():
-        kept &= np.abs(frequency - line) > max(BESIDE_MAINS_HZ, 3.0 * trace.rate_hz / noise.size)
-    return _gathered(frequency[kept], power[kept], lines_of(trace))
-
-
-def _gathered(frequency: Array, power: Array, lines_hz: Array) -> Spectrum:
-    """Return a spectrum by means over narrow bands, even in log frequency."""
-    band = np.floor(BANDS * np.log10(frequency)).astype(np.int64)
-    _, which, count = np.unique(band, return_inverse=True, return_counts=True)
-    middle, mean = (np.bincount(which, values) / count for values in (frequency, power))
-    return Spectrum(middle, mean, count.astype(np.float64), lines_hz)

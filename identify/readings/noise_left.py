@@ -12,7 +12,8 @@ import numpy as np
 
 from identify.colour import whitening
 from identify.noise import good
-from identify.readings.coloured_noise import LEAST, Coloured, Spectrum, Told, misfit, spectrum, straying, told_by
+from identify.readings.coloured_noise import Coloured, Told, misfit, straying, told_by
+from identify.readings.spectra import LEAST, Spectrum, spectrum
 from identify.trace import Array, Trace
 
 BY_CHANCE = 1.15  # deviance a band of the right law where a band is one ordinate, and no more elsewhere

@@ -15,18 +15,11 @@ from identify.holdout import settling_s, split
 from identify.interval import Interval
 from identify.readings import blemishes
 from identify.readings.blemish import Blemish
-from identify.readings.coloured_noise import (
-    Coloured,
-    ColouredNoise,
-    coloured_noise,
-    in_repeats,
-    lines_of,
-    power_of,
-    spectra,
-)
+from identify.readings.coloured_noise import Coloured, ColouredNoise, coloured_noise, in_repeats
 from identify.readings.grid import COARSE, adc_steps
 from identify.readings.mend import mended
 from identify.readings.missing_samples import MissingSamples, loss_in, with_gap
+from identify.readings.spectra import lines_of, power_of, spectra
 from identify.readings.spikes import outliers, spikes
 from identify.stage import Place
 from identify.trace import Step, Trace
