@@ -8,7 +8,7 @@ import pytest
 from identify.explain import Explanation, explain
 from identify.trace import Step, Trace
 from tests.proof.bench import Run, record
-from tests.proof.cases import CLEAN, LIBRARY, OUTSIDE, PAIRS, Case
+from tests.proof.cases import CLEAN, IN_RED_NOISE, LIBRARY, OUTSIDE, PAIRS, Case
 from tests.trials import model_of
 
 SURE = 4.0  # standard deviations: of some thirty parameters none should be further off
@@ -54,6 +54,12 @@ def test_a_clean_rig_is_consistent(case: Case) -> None:
 @pytest.mark.parametrize("case", [*TOLD, *PAIRS], ids=name)
 def test_concealed_physics_is_named_placed_measured_and_proven(case: Case) -> None:
     found = told(case)
+    named_placed_and_measured(found, case)
+    held = found.held_out.residuals
+    assert held.after_v <= 1.1 * found.noise.rms_v < held.before_v
+
+
+def named_placed_and_measured(found: Explanation, case: Case) -> None:
     assert found.verdict == "explained"
     assert sorted((f.id, f.stage) for f in found.effects) == sorted((f.id, f.stage) for f in case.expected)
     assert found.location is not None
@@ -64,8 +70,14 @@ def test_concealed_physics_is_named_placed_measured_and_proven(case: Case) -> No
             interval = values[truth.id][parameter][0]
             sd = (interval.high - interval.low) / (2 * 1.96)
             assert abs(interval.value - value) < SURE * sd, (truth.id, parameter, value, interval)
+
+
+def test_physics_is_found_in_red_noise_beside_which_nobody_sees_it() -> None:
+    """It moves the readings less than the noise wanders; no law of the clock is made of that."""
+    found = told(IN_RED_NOISE)
+    named_placed_and_measured(found, IN_RED_NOISE)
     held = found.held_out.residuals
-    assert held.after_v <= 1.1 * found.noise.rms_v < held.before_v
+    assert max(held.after_v, held.before_v) <= 1.1 * found.noise.rms_v
 
 
 @pytest.mark.parametrize("case", [case for case in LIBRARY if case.name in TWINS], ids=name)
