@@ -62,7 +62,8 @@ def crossed(bench: "Bench", hypothesis: Hypothesis, before: Round, this: Round) 
     worth = sorted(others, key=lambda p: p[0])[:CROSSED]
     found = [bench.fitted(chain, effects, LAPS) for _, chain, effects in worth]
     near = [h.fit.converged or h.chi2 - h.hope > hypothesis.chi2 for h in found]
-    return [h if done else bench.fitted(h.fit.chain, h.effects) for h, done in zip(found, near, strict=True)]
+    ended = [h if done else bench.fitted(h.fit.chain, h.effects) for h, done in zip(found, near, strict=True)]
+    return [h for h in ended if bench.possible(h)]
 
 
 def _gain(along: float, energy: float) -> float:
