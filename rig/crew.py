@@ -129,7 +129,7 @@ def serve(link: Connection, do: Do) -> None:
     """Do orders until there is nobody to give them: what a worker process runs."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # whoever started it is told, and ends it
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    with suppress(EOFError, BrokenPipeError):
+    with suppress(EOFError, ConnectionError):  # whoever gave orders is gone, or was killed
         link.send(READY)
         while True:
             link.send(do(link.recv()))
