@@ -107,7 +107,7 @@ def _climbing(colour: Colour) -> Filter:
 
     def run(values: Array, use: Mask) -> Array:
         nonlocal state, last
-        if not use.any():
+        if not state.size and not use.any():  # nothing has begun yet
             return values[use]
         if state.shape[2:] != values.shape[1:] or not state.size:
             last = np.mean(values[np.flatnonzero(use)[:first]], axis=0)

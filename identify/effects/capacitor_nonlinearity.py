@@ -9,6 +9,7 @@ from identify.chain import Chain
 from identify.effects.adc_nonlinearity import AdcNonlinearity
 from identify.effects.curved_border import CurvedBorder
 from identify.effects.effect import Confusion, Effect, short
+from identify.effects.inside_play import mean_slope
 from identify.stage import Block, Grid, Parameter, Place, Run, Shape, Values
 from identify.trace import Array
 
@@ -83,12 +84,12 @@ class CapacitorNonlinearity(Effect):
 
     def plainer(self, chain: Chain) -> tuple[Effect, dict[str, float]] | None:
         """Return the bent scale that is left of it where it does not discharge: of F in G1, of the reading in G2."""
-        if chain.values[TAU.name] < ENDLESS_S:
+        at_f, form = self.place is Place.G1, BENT[self.form]
+        law = CurvedBorder(Place.F, form) if at_f else AdcNonlinearity(Place.SENSE, form)
+        if chain.values[TAU.name] < ENDLESS_S or not law.applicable(chain):
             return None
-        k1, k2 = (chain.values.get(k.name, 0.0) if k in self.parameters() else 0.0 for k in (K1, K2))
-        at_f = self.place is Place.G1
-        law = (CurvedBorder(Place.F, BENT[self.form]) if at_f else AdcNonlinearity(Place.SENSE, BENT[self.form]))
-        slope = 0.5 * (chain.values["F.S_L"] + chain.values["F.S_U"]) if at_f else 1.0
+        k1, k2 = (chain.values.get(k.name, 0.0) for k in (K1, K2))
+        slope = mean_slope(chain) if at_f else 1.0
         bent = {"k2": 0.5 * k1 * slope, "k3": k2 / 3.0 * slope}
         return law, {p.name: bent[short(p.name)] for p in law.parameters()}
 

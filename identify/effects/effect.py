@@ -19,6 +19,7 @@ from identify.trace import Array
 if TYPE_CHECKING:
     from identify.evidence import Evidence
     from identify.observe import Observation
+
 STRONGER = {0.0: 2.0, float("inf"): 0.5}  # the factor by which a value that is absent there makes an effect stronger
 
 

@@ -47,3 +47,8 @@ class InsidePlay(Effect, Alteration):
     @abstractmethod
     def altered(self, law: Law, values: Values, grid: Grid) -> Law:
         """Return the law of the play with this effect in it."""
+
+
+def mean_slope(chain: Chain) -> float:
+    """Return the mean of the slopes of both borders of a chain's play operator, V/V."""
+    return 0.5 * (chain.values["F.S_L"] + chain.values["F.S_U"])

@@ -7,7 +7,7 @@ from identify.altered_play import Law
 from identify.blocks import Play
 from identify.chain import Chain
 from identify.effects.effect import Confusion, Effect
-from identify.effects.inside_play import InsidePlay
+from identify.effects.inside_play import InsidePlay, mean_slope
 from identify.effects.plateau_tilt import PlateauTilt
 from identify.stage import Grid, Parameter, Place, Values
 
@@ -50,10 +50,9 @@ class SecondPlay(InsidePlay):
 
     def plainer(self, chain: Chain) -> tuple[Effect, dict[str, float]] | None:
         """Return the share of v that passes by, where the second gap is hardly one."""
-        s_l, d_l, s_u, d_u = (chain.values[f"F.{name}"] for name in ("S_L", "D_L", "S_U", "D_U"))
-        if chain.values[GAP.name] > HARDLY * abs(d_l - d_u):
+        if chain.values[GAP.name] > HARDLY * abs(chain.values["F.D_L"] - chain.values["F.D_U"]):
             return None
-        return PlateauTilt(Place.F), {PlateauTilt.declared[0].name: 0.5 * (s_l + s_u) * chain.values[WEIGHT.name]}
+        return PlateauTilt(Place.F), {PlateauTilt.declared[0].name: mean_slope(chain) * chain.values[WEIGHT.name]}
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the gap, tried below and above the first, that explains most with the weight that suits it."""

@@ -9,6 +9,7 @@ from identify.chain import Chain
 from identify.discretise import stepper
 from identify.effects.curved_border import CurvedBorder
 from identify.effects.effect import Confusion, Effect
+from identify.effects.inside_play import mean_slope
 from identify.stage import Block, Grid, Parameter, Place, Run, Shape, Values
 from identify.trace import Array
 
@@ -63,11 +64,10 @@ class SelfHeating(Effect):
 
     def plainer(self, chain: Chain) -> tuple[Effect, dict[str, float]] | None:
         """Return borders bent at once, which heat behind F comes to that neither lasts nor takes long to come."""
-        if self.place is not Place.F:
-            return None
         law = CurvedBorder(Place.F, "cube")
-        slope = 0.5 * (chain.values["F.S_L"] + chain.values["F.S_U"])
-        return law, {law.parameters()[0].name: -chain.values[K.name] * slope**3}
+        if self.place is not Place.F or not law.applicable(chain):
+            return None
+        return law, {law.parameters()[0].name: -chain.values[K.name] * mean_slope(chain) ** 3}
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the time constant that explains most with the coefficient that suits it, taken as proportional."""

@@ -14,7 +14,7 @@ from identify.explain.rivals import odds
 from identify.explain.round import WHOLE, Round, counts
 from identify.stage import Place
 from tests.proof.cases import Concealed
-from tests.proof.rigs import OP_AMP
+from tests.proof.rigs import LINEAR, OP_AMP
 from tests.proof.stimuli import FIG13_LEVELS_V, staircase
 from tests.trials import model_of, observed, recorded
 
@@ -108,6 +108,13 @@ def test_laws_whose_time_constants_do_not_matter_end_as_bent_borders(law, values
     for name, value in coefficients.items():
         assert found.fit.chain.values[f"curved_border.{name}"] == pytest.approx(value, rel=0.05)
     assert abs(found.misfit) < 0.05
+
+
+def test_a_rig_without_a_gap_has_no_borders_that_a_law_could_end_as() -> None:
+    straight = chain_of(model_of(LINEAR))
+    warm, ceramic = catalogue()["self_heating"](Place.F), catalogue()["capacitor_nonlinearity"](Place.G1, "square")
+    assert warm.plainer(warm.put_in(straight, {"k": 1e-3, "tau": 0.1})) is None
+    assert ceramic.plainer(ceramic.put_in(straight, {"k2": 1e-3, "tau": 100.0})) is None
 
 
 @pytest.fixture(scope="module")

@@ -277,6 +277,9 @@ def test_a_ladder_is_run_piece_by_piece_as_in_one():
     assert np.allclose(whole, np.concatenate([pieces(values[:25], use[:25]), pieces(values[25:], use[25:])]))
     assert np.allclose(whole[:, 0], whitening(colour)(values[:, 0], use))
     assert not colour.white
+    there, pieces = use & (np.abs(np.arange(60) - 30) > 10), whitening(colour)  # no reading at all in the middle one
+    parts = [pieces(values[a:b], there[a:b]) for a, b in ((0, 20), (20, 41), (41, 60))]
+    assert np.allclose(whitening(colour)(values, there), np.concatenate(parts))
 
 
 def test_noise_that_a_run_begins_with_is_no_jump():
