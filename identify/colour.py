@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.fft import next_fast_len
 from scipy.signal import detrend, sosfilt, sosfilt_zi
 from scipy.stats import chi2
@@ -25,6 +26,7 @@ LASTING = 190  # samples, less than APART, looked at for what lasts: from half o
 FAINT = 0.1  # correlation of readings that far apart which still passes for none
 SHORTEST = 100  # samples of a dwell whose trend can be told from its noise
 MOST = 1 << 20  # samples of a stretch looked at: more tell nothing new
+FREQUENCIES = 4096  # of an integral over what passes a filter
 IN_ALL = 1 << 22  # samples of all stretches looked at: bounds memory
 COARSE = 2.0  # times the noise of an ADC's steps, from which the noise has a colour of its own
 ENOUGH = 1000  # readings needed to tell a colour
@@ -56,8 +58,16 @@ class Colour:
         return 1.0 / (self.gain * (1.0 - sum(self.taps)) * still)
 
     def of_means(self, m: int) -> "Colour":
-        """Return the colour of means of ``m`` readings each, whose rms is as good as that of one: that of a ladder."""
-        return Colour(gain=self.gain * m**0.5, ladder=tuple(tuple(root**m for root in rung) for rung in self.ladder))
+        """Return the colour of means of ``m`` readings each, in units of the rms of one reading: that of a ladder.
+
+        Its roots fade over ``m`` readings as they do over one, m times; its gain makes the rms of the means' new part 1.
+        Their power is that of the readings through the mean, folded: a function of z^m passes it as it comes.
+        """
+        z = np.exp(1j * np.pi / FREQUENCIES * (np.arange(FREQUENCIES) + 0.5))
+        slower = tuple(tuple(root**m for root in rung) for rung in self.ladder)
+        mean = np.abs((1.0 - z**m) / (1.0 - z)) / m
+        left = np.mean(np.square(mean * _passed(slower, z**m) / _passed(self.ladder, z)))
+        return Colour(gain=self.gain / float(np.sqrt(left)), ladder=slower)
 
     def to_dict(self) -> dict[str, object]:
         """Return the form of JSON answers."""
@@ -65,6 +75,11 @@ class Colour:
 
 
 WHITE = Colour()
+
+
+def _passed(ladder: Sequence[Sequence[float]], z: NDArray[np.complex128]) -> Array:
+    """Return how much a ladder that makes white lets pass at points of the unit circle."""
+    return np.asarray(np.abs(np.prod([(1.0 - pole * z) / (1.0 - zero * z) for pole, zero in ladder], axis=0)))
 
 
 def whitening(colour: Colour) -> Filter:

@@ -7,12 +7,15 @@ import pytest
 from scipy.signal import lfilter
 
 from identify.chain import plain_chain, simulate
-from identify.colour import Colour
+from identify.colour import Colour, whitening
 from identify.effects import catalogue
 from identify.evidence import Evidence
 from identify.fit import fit
+from identify.readings.coloured_noise import Coloured
+from identify.readings.spectra import lines_of, power_of
 from identify.stage import Place
 from identify.thinning import thinned
+from identify.trace import Trace
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
 from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
@@ -99,3 +102,16 @@ def test_coloured_noise_is_judged_in_every_sample_and_what_is_slow_of_it_scatter
     residual = Evidence(every.fitted, shown.observations).residual
     slow = residual[: residual.size // 50 * 50].reshape(-1, 50).sum(axis=1) / np.sqrt(50.0)
     assert float(np.mean(np.square(slow))) == pytest.approx(1.0, abs=4.0 * np.sqrt(2.0 / slow.size))
+
+
+def test_means_of_red_noise_are_made_as_white_as_its_readings():
+    law, size = Coloured(1.0, 4.0, 1.7), 200_000
+    run = Trace("run", 1e4, np.zeros(size), np.zeros(size))
+    power = power_of(lines_of(run), lines_of(run), law.white_v, law.sd_v, law.slope)
+    lines = np.fft.rfft(np.random.default_rng(6).normal(size=size))[1:] * np.sqrt(power)
+    noise = np.fft.irfft(np.concatenate(([0.0], lines)), size) / law.rms_v
+    means, colour = noise.reshape(-1, 5).mean(axis=1), law.colour(run)
+    white = whitening(colour.of_means(5))(means, np.ones(means.size, dtype=bool))
+    assert np.mean(np.square(white)) == pytest.approx(1.0, abs=0.1)
+    slow = white.reshape(-1, 100).sum(axis=1) / 10.0
+    assert 0.6 < np.std(slow) < 1.4

@@ -6,11 +6,12 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
 
-from rig.crew import ONE_THREAD, outcomes
+from rig.crew import ONE_THREAD, outcomes, serve
 from rig.errors import RigError
 from rig.question import Question
 from rig.work import Order, Outcome
@@ -51,6 +52,20 @@ def test_a_worker_that_dies_costs_its_own_recording_and_another_goes_on() -> Non
     assert str(os.getpid()) not in pids
     assert found["a"].text.split()[1] == "1,1,1,1"
     assert all(os.environ.get(key) == value for key, value in before.items())
+
+
+def test_a_worker_whose_giver_is_gone_before_it_listens_ends_without_a_word(capfd: pytest.CaptureFixture[str]) -> None:
+    """As when a batch is killed while its workers start: what they said is still unread, and their line is cut."""
+    context = get_context("spawn")
+    mine, theirs = context.Pipe()
+    worker = context.Process(target=serve, args=(theirs, named_deaths))
+    worker.start()
+    theirs.close()
+    assert mine.poll(60.0)
+    mine.close()
+    worker.join(60.0)
+    assert worker.exitcode == 0
+    assert "Traceback" not in capfd.readouterr().err
 
 
 def dawdles(order: Order) -> Outcome:

@@ -1,5 +1,6 @@
 """Are spikes, lost readings and steps of the ADC found where they are, and nowhere else?"""
 
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -9,13 +10,13 @@ from identify.chain import plain_chain, simulate
 from identify.colour import Colour, whitening
 from identify.effects import catalogue
 from identify.effects.effect import Confusion, short
-from identify.explain.explain import prepared
-from identify.explain.readings import Look, counts_another, hides_noise, loses, read, reread
+from identify.explain.explain import explain, prepared
+from identify.explain.readings import Look, counts_another, hides_noise, loses, read, reread, suspected
 from identify.holdout import settling_s, split
 from identify.interval import Interval
 from identify.readings import blemishes
 from identify.readings.blemish import Blemish
-from identify.readings.coloured_noise import Coloured, ColouredNoise, coloured_noise, in_repeats
+from identify.readings.coloured_noise import Coloured, ColouredNoise, against_repeats, coloured_noise, in_repeats
 from identify.readings.grid import COARSE, adc_steps
 from identify.readings.mend import mended
 from identify.readings.missing_samples import MissingSamples, loss_in, with_gap
@@ -131,15 +132,32 @@ def test_the_colour_of_a_noise_is_in_the_differences_of_repeats_and_that_of_phys
     assert not in_repeats(law, spectra([sagging], settle_s))
     assert not in_repeats(law, spectra([recording(stimulus=SINE)], settle_s))
     assert not in_repeats(law, [])
+    assert against_repeats(law, spectra([recording(stimulus=SINE)], settle_s))
+    assert not against_repeats(law, spectra([noisy], settle_s))
+    assert not against_repeats(law, [])
 
 
 @pytest.mark.parametrize(("sd_v", "hidden"), [(0.006, True), (0.0, False)])
-def test_noise_that_a_model_leaves_is_hidden_in_it_where_repeats_have_its_colour(sd_v, hidden):
+def test_noise_that_a_model_leaves_is_hidden_in_it_where_repeats_have_its_colour(sd_v, hidden, monkeypatch):
     noise, model = Concealed("coloured_noise", {"sd": sd_v, "slope": 1.2}), model_of(OP_AMP)
     runs = [recording(noise, stimulus=stimulus, seed=seed) for seed, stimulus in enumerate((STAIRS, SINE))]
     seen = read(model, runs, [], lambda data: prepared(model, data), Look((ColouredNoise.id,)))
     assert hides_noise(seen, seen.bench, seen.plain, ()) is hidden
     assert not hides_noise(seen, seen.bench, seen.plain, (ColouredNoise.id,))
+    assert (suspected(seen, ()) > 60.0) is hidden
+    assert suspected(seen, (ColouredNoise.id,)) == 0.0
+    monkeypatch.setattr("identify.explain.readings.against_repeats", lambda noise, seen: True)
+    assert suspected(seen, ()) == 0.0
+
+
+def test_noise_that_repeats_are_too_few_to_tell_is_told_where_no_law_explains_as_much(monkeypatch):
+    monkeypatch.setattr("identify.explain.readings.coloured_noise", lambda training, proof, settle_s: None)
+    monkeypatch.setattr(sys.modules[explain.__module__], "hides_noise", lambda *told: False)
+    noise = Concealed("coloured_noise", {"sd": 0.006, "slope": 1.2})
+    runs = [recording(noise, stimulus=stimulus, seed=seed) for seed, stimulus in enumerate((STAIRS, SINE))]
+    (finding,) = explain(model_of(OP_AMP), runs).effects
+    assert finding.id == "coloured_noise"
+    assert finding.parameters["sd"][0].low < 0.006 < finding.parameters["sd"][0].high
 
 
 @pytest.mark.parametrize(("drift_v", "told"), [(0.0, ["coloured_noise"]), (0.03, [])])
