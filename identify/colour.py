@@ -60,7 +60,7 @@ class Colour:
     def of_means(self, m: int) -> "Colour":
         """Return the colour of means of ``m`` readings each, in units of the rms of one reading: that of a ladder.
 
-        Its roots fade over ``m`` readings as they do over one, m times; its gain makes the rms of the means' new part 1.
+        Its roots fade over ``m`` readings as they do over one, m times; its gain makes the rms of their new part 1.
         Their power is that of the readings through the mean, folded: a function of z^m passes it as it comes.
         """
         z = np.exp(1j * np.pi / FREQUENCIES * (np.arange(FREQUENCIES) + 0.5))
