@@ -8,6 +8,7 @@ from pathlib import Path
 import dask
 import pytest
 from distributed import LocalCluster
+from distributed.worker import thread_state
 
 from rig import cluster
 from rig.errors import UsageError
@@ -51,6 +52,18 @@ def test_a_worker_that_dies_costs_nothing_and_what_kills_every_worker_is_one_fai
     assert "ZeroDivisionError: division by zero" in found["fault"].message
     assert len((tmp_path / "once.begun").read_text()) >= 2
     assert not found["always"].text
+
+
+def named(order: Order) -> Outcome:
+    """Tell which task of the cluster this order was part of."""
+    return Outcome(order.path, "answered", text=str(thread_state.key))
+
+
+def test_small_orders_are_handed_over_many_at_a_time(scheduler: str, tmp_path: Path) -> None:
+    orders = [Order(tmp_path / str(number), Question("identify"), {}) for number in range(400)]
+    found = list(cluster.outcomes(orders, scheduler, named))
+    assert sorted(outcome.path for outcome in found) == sorted(order.path for order in orders)
+    assert len({outcome.text for outcome in found}) < len(orders) / 10
 
 
 def test_workers_with_another_program_are_refused(scheduler: str, monkeypatch: pytest.MonkeyPatch) -> None:
