@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar, final
+from typing import TYPE_CHECKING, ClassVar, Self, final
 
 import numpy as np
 
@@ -67,6 +67,10 @@ class ProcessNoise(InsidePlay):
         passed = (over <= 1.0).astype(np.float64) if self.form == "white" else 1.0 / np.sqrt(1.0 + np.square(over))
         noise = np.fft.irfft(np.fft.rfft(rng.standard_normal(size)) * passed, size)
         return np.asarray(sd_v * noise / np.sqrt(np.mean(np.square(passed))))
+
+    def fuller(self) -> list[Self]:
+        """Return the other form: it has the same two numbers, and which of them the noise has only a fit tells."""
+        return [form for form in self.variants() if form != self]
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the bandwidth, tried below and above the sample rate, that explains most with the noise it needs."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import sqrt
 
 import numpy as np
 
@@ -34,6 +35,7 @@ from identify.explain.round import Round
 from identify.explain.shape import shape_of
 from identify.explain.survey import StageShare
 from identify.explain.unvisited import stage_beyond, told_beyond, unvisited
+from identify.explain.wander import by_chance
 from identify.explain.warrant import Warranted
 from identify.explain.where import acting, profile
 from identify.fit import Fit
@@ -46,6 +48,7 @@ from identify.uncertainty.inflation import inflation
 from identify.unnamed.correction import UNNAMED, Correction
 from identify.unnamed.linear import Filter
 
+CHANCE = 0.5  # share of what is left on held-out data, from which it is called chance
 TO_THE_NOISE = 1.1  # a held-out residual below this many times the noise counts as explained
 
 
@@ -71,12 +74,19 @@ class Answer:
         chain = adapted(self.better.fit.chain, data.test)
         self.named_v = held_out_rms(chain, data.test)
         self.named_over = pooled_rms(left for o in data.test for left in o.whitened(chain))
+        self.by_chance = self._by_chance(chain)
         self.blemished = bool(readings.found) and not self.better.effects
         asked = self.named_over > TO_THE_NOISE or self.blemished
         self.proof = proven(bench, self.beyond, data.test) if asked else None
         self.after_v = self.proof.held_out_v if self.proof else self.named_v
         self.improved = self.proof.hypothesis if self.proof else self.better
         self.unvisited = self._unvisited()
+
+    def _by_chance(self, chain: Chain) -> float:
+        """Return what the named effects add by chance to the variance left on held-out data, over that of the noise."""
+        fit, effects, count = self.better.fit, self.better.effects, sum(o.count for o in self.data.test)
+        chi2 = self.named_over**2 * count
+        return by_chance(replace(fit, chain=chain), effects, self.bench.observations, chi2, self.data.test) / count
 
     def _unvisited(self) -> Range | None:
         """Return where held-out runs leave more than noise because no run that was fitted has been there."""
@@ -133,7 +143,8 @@ class Answer:
     def finding(self, effect: Effect) -> Finding:
         """Return what is said of one effect."""
         probability, others = odds(self.bench, self.better, effect, self.rounds, self.beyond)
-        most = 1.0 if self.unvisited else most_believed(self.before_v / self.noise_v, self.named_over)
+        left = sqrt(self.named_over**2 - self.by_chance)
+        most = 1.0 if self.unvisited else most_believed(self.before_v / self.noise_v, left)
         if probability > most:
             others = tuple(replace(o, probability=o.probability * most / probability) for o in others)
             probability = most
@@ -217,6 +228,9 @@ class Answer:
         over = self.after_v / self.noise_v
         if self.unvisited is not None:
             return Remaining(over, stage_beyond(self.unvisited), told_beyond(self.unvisited))
+        if self.by_chance > CHANCE * (over**2 - 1.0) > 0.0 and not self.beyond.significant:
+            return Remaining(over, None, "What is left is chance at work in what is named: it comes out otherwise in "
+                             "every repeat, and no model foretells it.")  # fmt: skip
         if not self.beyond.significant or (self.blemished and self.proof is None):
             return Remaining(over, None, "Nothing that any correction could explain is left beyond the noise.")
         if self.proof is not None:

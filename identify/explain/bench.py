@@ -11,11 +11,11 @@ from math import isfinite, log
 import numpy as np
 from scipy.linalg import LinAlgError
 
-from identify.candidates import candidates
+from identify.candidates import Candidate, candidates
 from identify.chain import Chain
 from identify.effects.effect import Effect
 from identify.evidence import Evidence
-from identify.explain.chance import scatters_more
+from identify.explain.chance import as_large, scatters_more
 from identify.explain.hypothesis import NOISE_KNOWN, WORTH, Hypothesis
 from identify.explain.promise import Promise, promised, together
 from identify.explain.round import (
@@ -29,11 +29,13 @@ from identify.explain.round import (
     ranked,
     unforeseen,
 )
-from identify.fit import chi_squared, fit
+from identify.explain.wander import MOSTLY, by_chance, unrepeated
+from identify.fit import Fit, chi_squared, fit
 from identify.observe import Observation, refined
 from identify.phases import angles_of, scanned
 from identify.stepping import alike, coarsened
 from identify.thinning import thinned
+from identify.uncertainty.inflation import inflation
 
 SPRINT = 4  # iterations in which candidates are fitted side by side
 LAPS = 12
@@ -77,16 +79,17 @@ class Bench:
             if seen == before or alike(before, seen):
                 break
             found = fit(found.chain, seen, self.plain.values, self.fixed, iterations, valleys=False)
-        chi2 = sum(chi_squared(found.chain, o) for o in seen)
-        return Hypothesis(tuple(effects), found, chi2, sum(o.count for o in self.observations), self.noise_known)
+        left, swell = _left(found, effects, seen)
+        count = sum(o.count for o in self.observations)
+        return Hypothesis(tuple(effects), found, left, count, self.noise_known, swell)
 
     def finely(self, hypothesis: Hypothesis) -> Hypothesis:
         """Return a hypothesis fitted on the grids of the bench, whose slopes tell how sure its values are."""
         if all(o.substeps == 1 for o in self.observations):
             return hypothesis
         found = fit(hypothesis.fit.chain, self.observations, self.plain.values, self.fixed, ITERATIONS, valleys=False)
-        chi2 = sum(chi_squared(found.chain, o) for o in self.observations)
-        return replace(hypothesis, fit=found, chi2=chi2)
+        left, swell = _left(found, hypothesis.effects, self.observations)
+        return replace(hypothesis, fit=found, chi2=left, swell=swell)
 
     def _coarsened(self, chain: Chain) -> tuple[Observation, ...]:
         """Return the data on coarser grids, with what their own add to an answer of ``chain``."""
@@ -115,6 +118,10 @@ class Bench:
         finer = tuple(refined(o, chain) for o in self.observations)
         return self if finer == self.observations else replace(self, observations=finer, known={})
 
+    def fine_enough(self, hypothesis: Hypothesis) -> "Bench":
+        """Return the bench with grids fine enough for a hypothesis; any are where its chance swells the noise."""
+        return self.refined(hypothesis.fit.chain) if hypothesis.swell == 1.0 else self
+
     def round(self, base: Hypothesis) -> "Round":
         """Screen all effects on the residual of ``base`` and fit those that promise most."""
         evidence = self.evidence(base)
@@ -127,12 +134,19 @@ class Bench:
         worth, tried = [*worth, *late], self.doubled(base, [*tried, *self.raced(base, late)])
         left_over = min((h.misfit for h in tried), default=base.misfit)
         if not left_over < self.noise_known < base.misfit:
-            left = [*(p.candidate for p in unforeseen(hopes, worth)), *lagging(screened, tried, base)]
-            starts = [Promise(c, c.effect.put_in(base.fit.chain, c.values), c.gain) for c in left]
+            wanders = unrepeated(Evidence(base.fit, self.observations))
+            left = [*(p.candidate for p in unforeseen(hopes, worth)), *lagging(screened, tried, base, wanders > MOSTLY)]
+            starts = [Promise(c, self._begun(base, c, wanders), c.gain) for c in left]
             tried = [*tried, *self.raced(base, starts)]
         fitted = [h for h in (*tried, *self.fuller(base, tried)) if self.possible(h)]
         pairs = () if left_over < self.noise_known else together(evidence, hopes)
         return Round(base, tuple(screened), ranked(base, fitted), None, passed_over(hopes, worth), pairs)
+
+    def _begun(self, base: Hypothesis, candidate: Candidate, wanders: float) -> Chain:
+        """Return where the fit of a candidate begins: what acts by chance as strong as makes all that wanders."""
+        chain, effect = candidate.effect.put_in(base.fit.chain, candidate.values), candidate.effect
+        changed = wanders * (base.chi2 - base.count)
+        return as_large(chain, effect, self.observations, changed) if effect.by_chance and changed > 0.0 else chain
 
     def possible(self, hypothesis: Hypothesis) -> bool:
         """Return whether all of its effects are there, and none implies more scatter than there is."""
@@ -209,7 +223,7 @@ class Bench:
         if not any(rival.gains_enough(this.base, 0.5 * WORTH) for rival in close):
             return self, this
         for rival in close:
-            finer = finer.refined(rival.fit.chain)
+            finer = finer.fine_enough(rival)
         if finer is self:
             return self, this
         tried = [finer.fitted(rival.fit.chain, rival.effects, SPRINT) for rival in close]
@@ -269,3 +283,11 @@ class Bench:
         if rest not in self.known:
             self.known[rest] = self.fitted(self.with_effects(rest, hypothesis.fit.chain.values), rest)
         return self.known[rest]
+
+
+def _left(found: Fit, effects: Sequence[Effect], observations: tuple[Observation, ...]) -> tuple[float, float]:
+    """Return chi-squared of a fit less what its effects make by chance, and what that makes of the noise of sums."""
+    chi2 = sum(chi_squared(found.chain, o) for o in observations)
+    if not any(effect.by_chance for effect in effects):
+        return chi2, 1.0
+    return chi2 - by_chance(found, effects, observations, chi2, observations), inflation(found.chain, observations) ** 2

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from identify.chain import Chain, advance, grid_of
+from identify.colour import whitening
 from identify.effects.effect import Effect, short
 from identify.observe import Observation
 from identify.stage import Block, Run
@@ -18,7 +19,8 @@ from identify.trace import Array
 
 INSTANTS = 1 << 18  # of a run that are looked at, at most
 COURSES = 2
-MORE = 2.0  # times what is left, in energy: courses of chance differ
+TURNS = 3  # of sizing an effect
+MORE = 2.0  # in energy: courses of chance differ, and a fit of their mean tells their size roughly
 
 
 def scatters_more(chain: Chain, effect: Effect, observations: tuple[Observation, ...]) -> bool:
@@ -35,6 +37,32 @@ def scatters_all(chain: Chain, effect: Effect, observations: tuple[Observation, 
         return False
     scattered, left, noise = _energies(chain, effect, observations)
     return left - noise < MORE * scattered
+
+
+def scatter_of(chain: Chain, effects: Sequence[Effect], observations: Sequence[Observation]) -> float:
+    """Return what effects in a chain may do by chance, in chi-squared; 0 where none acts by chance."""
+    total = 0.0
+    for effect in (e for e in effects if e.by_chance):
+        for number, o in enumerate(observations):
+            use = o.use[: _samples(o)]
+            first, second = _courses(chain, effect, o, number)
+            apart = whitening(o.colour)((first - second) / o.noise_v, use)
+            total += MORE * 0.5 * float(apart @ apart) * o.count / max(int(np.count_nonzero(use)), 1)
+    return total
+
+
+def as_large(chain: Chain, effect: Effect, observations: Sequence[Observation], chi2: float) -> Chain:
+    """Return a chain with an effect as strong as makes so much of chi-squared by chance; its first number is its size.
+
+    What it makes goes with the square of its size, nearly.
+    """
+    size = effect.parameters()[0].name
+    for _ in range(TURNS):
+        made = scatter_of(chain, (effect,), observations) / MORE
+        if made <= 0.0:
+            break
+        chain = chain.with_values({size: chain.values[size] * float(np.clip(np.sqrt(chi2 / made), 0.1, 10.0))})
+    return chain
 
 
 def _energies(chain: Chain, effect: Effect, observations: tuple[Observation, ...]) -> tuple[float, float, float]:

@@ -20,7 +20,8 @@ BENT = 3.0  # times what the slope where a fit was left promises that it may sti
 class Hypothesis:
     """A set of effects, fitted: ``chi2`` is the sum of squared residuals over the noise, without the prior.
 
-    ``noise_known`` is how well the variance of that noise is known, relative to it.
+    ``noise_known`` is how well the variance of that noise is known, relative to it. What effects make by chance is not
+    in ``chi2``; it hangs together, and the variance of a sum over readings is ``swell`` times that of the noise alone.
     """
 
     effects: tuple[Effect, ...]
@@ -28,6 +29,7 @@ class Hypothesis:
     chi2: float
     count: int
     noise_known: float = NOISE_KNOWN
+    swell: float = 1.0
 
     @property
     def parameters(self) -> int:
@@ -64,8 +66,11 @@ class Hypothesis:
         return self.fall(other) - (self.parameters - other.parameters) * log(told)
 
     def fall(self, other: "Hypothesis") -> float:
-        """Return the fall of chi-squared from another hypothesis, what neither explains counted as noise."""
-        return self.count * log(other.chi2 / self.chi2)
+        """Return the fall of chi-squared from another hypothesis, what neither explains counted as noise.
+
+        Where both have the same chance in them, so that what it makes is noise to what else they differ in.
+        """
+        return self.count * log(other.chi2 / self.chi2) / min(self.swell, other.swell)
 
     @property
     def freedom(self) -> int:

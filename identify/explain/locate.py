@@ -21,7 +21,7 @@ from identify.evidence import Evidence
 from identify.explain.bench import Bench
 from identify.explain.corrections import corrections, sharpened
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.wander import wandering
+from identify.explain.wander import all_wanders, wandering
 from identify.fit import chi_squared
 from identify.stage import Place
 from identify.trace import Array
@@ -205,7 +205,12 @@ def _placed(found: Suspect) -> Suspect:
 
 
 def located(bench: Bench, base: Hypothesis) -> Located:
-    """Fit the corrections that promise most on top of a hypothesis, the best of each of several places."""
+    """Fit the corrections that promise most on top of a hypothesis, the best of each of several places.
+
+    None where all that is left may be what its own effects do by chance.
+    """
+    if all_wanders(base, bench.observations):
+        return Located(base, (), 1.0)
     evidence = bench.evidence(base)
     ranked = suspects(evidence)
     p_value = min(min((len(ranked) * s.p_value for s in ranked), default=1.0), 1.0)

@@ -25,7 +25,12 @@ MOVES = 8  # times the best may move
 
 
 def settled(bench: Bench, best: Hypothesis) -> tuple[Hypothesis, tuple[Fit, ...]]:
-    """Return the best fit of the same effects, and those at other places that a 95 % interval must hold."""
+    """Return the best fit of the same effects, and those at other places that a 95 % interval must hold.
+
+    Where what effects make by chance swells the noise, no fit is finer than that, and intervals are widened by it.
+    """
+    if best.swell > 1.0:
+        return best, ()
     best = bench.finely(_upright(bench, best))
     others: list[Hypothesis] = []
     for _ in range(MOVES):

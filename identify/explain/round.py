@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from scipy.stats import chi2 as chi2_distribution
 
 from identify.candidates import Candidate
+from identify.effects.effect import Effect
 from identify.explain.hypothesis import Hypothesis, is_angle, is_discovery
 from identify.explain.promise import Pair, Promise
 from identify.stage import Place
@@ -123,17 +124,24 @@ def unforeseen(promises: Sequence[Promise], fitted: Sequence[Promise]) -> list[P
     return sorted(left, key=lambda p: -p.candidate.gain)[:UNFORESEEN]
 
 
-def lagging(screened: Sequence[Candidate], tried: Sequence[Hypothesis], base: Hypothesis) -> list[Candidate]:
+def lagging(
+    screened: Sequence[Candidate], tried: Sequence[Hypothesis], base: Hypothesis, wanders: bool
+) -> list[Candidate]:
     """Return every lag that was not fitted, from its best start, where the best fit leaves much of a plain misfit.
 
-    The plain values stand in for a large one, and first order does not lead back from where they have gone.
+    The plain values stand in for a large one, and first order does not lead back from where they have gone. Where the
+    misfit ``wanders``, from repeat to repeat, what acts by chance, too: first order foresees the mean of it alone.
     """
     best = min(tried, key=lambda h: h.chi2, default=base)
     if base.effects or base.misfit < base.noise_known or best.share(base) > WHOLE:
         return []
     fitted = {(h.effects[-1].id, h.effects[-1].place) for h in tried}
+
+    def late(effect: Effect) -> bool:
+        return effect.lags or (wanders and effect.by_chance)
+
     found: dict[tuple[str, Place], Candidate] = {}
-    for c in (c for c in screened if c.effect.lags and (c.effect.id, c.effect.place) not in fitted):
+    for c in (c for c in screened if late(c.effect) and (c.effect.id, c.effect.place) not in fitted):
         found.setdefault((c.effect.id, c.effect.place), c)
     return list(found.values())
 

@@ -42,7 +42,7 @@ def selected(
         if this.best is None:
             best = this.base  # fitted again where finer grids were needed to compare it
             break
-        finer = bench.refined(this.best.fit.chain)
+        finer = bench.fine_enough(this.best)
         best = this.best if finer is bench else finer.fitted(this.best.fit.chain, this.best.effects)
         bench = finer
         if all_wanders(best, bench.observations):

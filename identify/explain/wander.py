@@ -4,16 +4,18 @@ What physics without chance makes is the same in every repeat of a stimulus. Wha
 there while F rests it is added behind F, where it only shows while F moves it happens in F.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from identify.chain import Chain, signals
 from identify.colour import whitening
+from identify.effects.effect import Effect
 from identify.evidence import Evidence
-from identify.explain.chance import scatters_all
+from identify.explain.chance import scatter_of, scatters_all
 from identify.explain.corrections import free_name
 from identify.explain.hypothesis import Hypothesis
+from identify.fit import Fit
 from identify.observe import Observation
 from identify.stage import Place
 from identify.trace import Array, Mask
@@ -45,6 +47,19 @@ def unrepeated(evidence: Evidence) -> float:
     """Return the share of the misfit that differs from repeat to repeat; 0 where nothing was repeated."""
     changed, beyond = _misfit_of_repeats(evidence)
     return changed / beyond if beyond else 0.0
+
+
+def by_chance(
+    fit: Fit, effects: Sequence[Effect], train: Sequence[Observation], chi2: float, observations: Sequence[Observation]
+) -> float:
+    """Return how much of chi-squared beyond the noise the effects of a fit make by chance, which no model can foretell.
+
+    No more than the share that differs between the repeats in the runs that were fitted.
+    """
+    if not any(effect.by_chance for effect in effects):
+        return 0.0
+    changed = min(unrepeated(Evidence(fit, tuple(train))), 1.0) * (chi2 - sum(o.count for o in observations))
+    return min(scatter_of(fit.chain, effects, observations), changed) if changed > 0.0 else 0.0
 
 
 def all_wanders(hypothesis: Hypothesis, observations: tuple[Observation, ...]) -> bool:

@@ -8,7 +8,6 @@ from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located, located
 from identify.explain.rivals import left_to_explain, unheard
 from identify.explain.round import Round
-from identify.explain.wander import all_wanders
 from identify.fit import Fit
 from identify.stage import Place
 
@@ -44,7 +43,7 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
     earned = [(base, winner) for base, winner in steps if not strayed & set(winner.names)]
     hypothesis = final if len(earned) == len(steps) else earned[-1][1] if earned else plain
     beyond = located(bench, hypothesis)
-    while hypothesis.effects and beyond.significant and earned and not all_wanders(hypothesis, bench.observations):
+    while hypothesis.effects and beyond.significant and earned:
         base, winner = earned.pop()
         if not _doubtful(beyond, winner.effects[-1], base.chi2 - winner.chi2):
             break

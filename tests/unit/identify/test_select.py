@@ -193,9 +193,16 @@ def test_lags_are_fitted_once_each_where_the_best_fit_leaves_much(bench):
             (RAIL, late(Place.G2), pole(Place.G1), pole(Place.G2), gap(Place.F), gap(Place.F)))
     ]  # fmt: skip
     poor = replace(base, effects=(late(Place.G2),), chi2=0.8 * base.chi2)
-    assert lagging(screened, [poor], base) == screened[2:5]
-    assert lagging(screened, [replace(poor, chi2=1.01 * base.count)], base) == []
-    assert lagging(screened, [], replace(base, chi2=float(base.count))) == []
+    assert lagging(screened, [poor], base, False) == screened[2:5]
+    assert lagging(screened, [replace(poor, chi2=1.01 * base.count)], base, False) == []
+    assert lagging(screened, [], replace(base, chi2=float(base.count)), False) == []
+
+
+def test_what_acts_by_chance_is_fitted_where_the_misfit_differs_from_repeat_to_repeat(bench):
+    base = bench.fitted(bench.plain, ())
+    screened = [Candidate(catalogue()["process_noise"](Place.G1, form), {}, 1.0) for form in ("white", "low-pass")]
+    assert lagging(screened, [], base, False) == []
+    assert lagging(screened, [], base, True) == screened[:1]
 
 
 def test_what_promises_more_than_the_best_fit_kept_is_fitted_too(bench, monkeypatch):
