@@ -73,10 +73,13 @@ class ProcessNoise(InsidePlay):
         return [form for form in self.variants() if form != self]
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
-        """Return the bandwidth, tried below and above the sample rate, that explains most with the noise it needs."""
+        """Return the bandwidth, tried below and above the sample rate, that explains most with the noise it needs.
+
+        Where the borders have moved to stand in for its mean, none is needed to first order: a little is begun with.
+        """
         if not self.applicable(evidence.chain):
             return []
         small_v = SMALL_V * abs(evidence.chain.values["F.D_L"] - evidence.chain.values["F.D_U"])
         small = [{"sd": small_v, "bandwidth": b / evidence.sample_s} for b in BANDS]
         best = evidence.best(self, [values for values in evidence.sized(self, "sd", small) if values["sd"] > 0.0])
-        return [best] if best else []
+        return [best or small[1]]

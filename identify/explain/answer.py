@@ -84,9 +84,8 @@ class Answer:
 
     def _by_chance(self, chain: Chain) -> float:
         """Return what the named effects add by chance to the variance left on held-out data, over that of the noise."""
-        fit, effects, count = self.better.fit, self.better.effects, sum(o.count for o in self.data.test)
-        chi2 = self.named_over**2 * count
-        return by_chance(replace(fit, chain=chain), effects, self.bench.observations, chi2, self.data.test) / count
+        count, train = sum(o.count for o in self.data.test), self.bench.observations
+        return by_chance(chain, self.better.effects, train, self.named_over**2 * count, self.data.test) / count
 
     def _unvisited(self) -> Range | None:
         """Return where held-out runs leave more than noise because no run that was fitted has been there."""
@@ -178,7 +177,7 @@ class Answer:
         """Return where the effects act, and the stage at which the names for the first one together are likeliest."""
         train, chain = self.bench.observations, self.better.fit.chain
         ranges = {e: acting(e.along, e.shows_at, chain, self.without(e), train) for e in self.better.effects}
-        likely = _stages(first)
+        likely = first.stages
         stage = next(iter(likely))
         others = tuple(place for place, p in likely.items() if p > LIKELY and place != stage)
         also = f"; what else it could be lies at {listed(others)}" if others else ""
@@ -297,11 +296,3 @@ class Answer:
         test, without = self.data.test, self.bench.without(self.better, effect)
         better, worse = adapted(self.better.fit.chain, test), adapted(without.fit.chain, test)
         return would_tell(better, worse, test) <= CONVINCING
-
-
-def _stages(finding: Finding) -> dict[str, float]:
-    """Return the probability of every stage at which a finding may be, all its names together, the likeliest first."""
-    total = {finding.stage: finding.probability}
-    for other in finding.could_also_be:
-        total[other.stage] = total.get(other.stage, 0.0) + other.probability
-    return dict(sorted(total.items(), key=lambda item: -item[1]))

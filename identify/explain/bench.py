@@ -29,7 +29,7 @@ from identify.explain.round import (
     ranked,
     unforeseen,
 )
-from identify.explain.wander import MOSTLY, by_chance, unrepeated
+from identify.explain.wander import MOSTLY, by_chance, sizing, unrepeated
 from identify.fit import Fit, chi_squared, fit
 from identify.observe import Observation, refined
 from identify.phases import angles_of, scanned
@@ -73,12 +73,12 @@ class Bench:
         where it ends, and again as long as that makes a difference.
         """
         seen = self._coarsened(chain)
-        found = fit(chain, seen, self.plain.values, self.fixed, iterations, valleys=False)
+        found = self._searched(chain, effects, seen, iterations)
         for _ in range(ROUNDS):
             before, seen = seen, self._coarsened(found.chain)
             if seen == before or alike(before, seen):
                 break
-            found = fit(found.chain, seen, self.plain.values, self.fixed, iterations, valleys=False)
+            found = self._searched(found.chain, effects, seen, iterations)
         left, swell = _left(found, effects, seen)
         count = sum(o.count for o in self.observations)
         return Hypothesis(tuple(effects), found, left, count, self.noise_known, swell)
@@ -87,9 +87,15 @@ class Bench:
         """Return a hypothesis fitted on the grids of the bench, whose slopes tell how sure its values are."""
         if all(o.substeps == 1 for o in self.observations):
             return hypothesis
-        found = fit(hypothesis.fit.chain, self.observations, self.plain.values, self.fixed, ITERATIONS, valleys=False)
+        found = self._searched(hypothesis.fit.chain, hypothesis.effects, self.observations, ITERATIONS)
         left, swell = _left(found, hypothesis.effects, self.observations)
         return replace(hypothesis, fit=found, chi2=left, swell=swell)
+
+    def _searched(self, chain: Chain, effects: Sequence[Effect], seen: tuple[Observation, ...], iterations: int) -> Fit:
+        """Fit a chain on grids that stay; where what it makes by chance shows, its size is told by that, too."""
+        found = fit(chain, seen, self.plain.values, self.fixed, iterations, sizing(chain, effects, seen), valleys=False)
+        pull = sizing(found.chain, effects, seen)
+        return fit(found.chain, seen, self.plain.values, self.fixed, iterations, pull, valleys=False) if pull else found
 
     def _coarsened(self, chain: Chain) -> tuple[Observation, ...]:
         """Return the data on coarser grids, with what their own add to an answer of ``chain``."""
@@ -134,7 +140,7 @@ class Bench:
         worth, tried = [*worth, *late], self.doubled(base, [*tried, *self.raced(base, late)])
         left_over = min((h.misfit for h in tried), default=base.misfit)
         if not left_over < self.noise_known < base.misfit:
-            wanders = unrepeated(Evidence(base.fit, self.observations))
+            wanders = unrepeated(base.fit.chain, self.observations)
             left = [*(p.candidate for p in unforeseen(hopes, worth)), *lagging(screened, tried, base, wanders > MOSTLY)]
             starts = [Promise(c, self._begun(base, c, wanders), c.gain) for c in left]
             tried = [*tried, *self.raced(base, starts)]
@@ -290,4 +296,5 @@ def _left(found: Fit, effects: Sequence[Effect], observations: tuple[Observation
     chi2 = sum(chi_squared(found.chain, o) for o in observations)
     if not any(effect.by_chance for effect in effects):
         return chi2, 1.0
-    return chi2 - by_chance(found, effects, observations, chi2, observations), inflation(found.chain, observations) ** 2
+    left = chi2 - by_chance(found.chain, effects, observations, chi2, observations)
+    return left, inflation(found.chain, observations) ** 2

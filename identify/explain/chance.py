@@ -47,7 +47,7 @@ def scatter_of(chain: Chain, effects: Sequence[Effect], observations: Sequence[O
             use = o.use[: _samples(o)]
             first, second = _courses(chain, effect, o, number)
             apart = whitening(o.colour)((first - second) / o.noise_v, use)
-            total += MORE * 0.5 * float(apart @ apart) * o.count / max(int(np.count_nonzero(use)), 1)
+            total += 0.5 * float(apart @ apart) * o.count / max(int(np.count_nonzero(use)), 1)
     return total
 
 
@@ -58,7 +58,7 @@ def as_large(chain: Chain, effect: Effect, observations: Sequence[Observation], 
     """
     size = effect.parameters()[0].name
     for _ in range(TURNS):
-        made = scatter_of(chain, (effect,), observations) / MORE
+        made = scatter_of(chain, (effect,), observations)
         if made <= 0.0:
             break
         chain = chain.with_values({size: chain.values[size] * float(np.clip(np.sqrt(chi2 / made), 0.1, 10.0))})

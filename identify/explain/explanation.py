@@ -101,6 +101,14 @@ class Finding(Seen):
     would_separate: str | None
     shape: Shape | None = None
 
+    @property
+    def stages(self) -> dict[str, float]:
+        """Return the probability of every stage at which it may be, all its names together, the likeliest first."""
+        total = {self.stage: self.probability}
+        for other in self.could_also_be:
+            total[other.stage] = total.get(other.stage, 0.0) + other.probability
+        return dict(sorted(total.items(), key=lambda item: -item[1]))
+
     def glance(self) -> Glance:
         """Return the name, the values and what they are doubted by."""
         from identify.notebook.answers import of_finding

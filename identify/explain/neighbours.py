@@ -5,18 +5,13 @@ fall between samples. The curvature at one of them says nothing of the others. S
 pushed several standard deviations aside, all others following, and fitted once more from there.
 """
 
-from dataclasses import replace
-
 import numpy as np
 
 from identify.chain import Chain
 from identify.effects.effect import Effect
-from identify.evidence import Evidence
 from identify.explain.bench import SPRINT, Bench
-from identify.explain.chance import as_large
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.wander import unrepeated
-from identify.fit import Fit, chi_squared
+from identify.fit import Fit
 from identify.interval import Interval
 
 ASIDE = (-6.0, 6.0)  # standard deviations
@@ -32,11 +27,10 @@ MOVES = 8  # times the best may move
 def settled(bench: Bench, best: Hypothesis) -> tuple[Hypothesis, tuple[Fit, ...]]:
     """Return the best fit of the same effects, and those at other places that a 95 % interval must hold.
 
-    Where what effects make by chance swells the noise, no fit is finer than that, and intervals are widened by it; the
-    size of the effect is told twice then, by the mean of what it does and by how much of it there is.
+    Where what effects make by chance swells the noise, no fit is finer than that, and intervals are widened by it.
     """
     if best.swell > 1.0:
-        return best, tuple(_as_scattered(bench, best, effect) for effect in best.effects if effect.by_chance)
+        return best, ()
     best = bench.finely(_upright(bench, best))
     others: list[Hypothesis] = []
     for _ in range(MOVES):
@@ -47,16 +41,6 @@ def settled(bench: Bench, best: Hypothesis) -> tuple[Hypothesis, tuple[Fit, ...]
         best = better
     near = [h.fit for h in others if h.chi2 < best.chi2 + WITHIN]
     return best, tuple(f for f in near if best.fit.distance(f) > ELSEWHERE)
-
-
-def _as_scattered(bench: Bench, best: Hypothesis, effect: Effect) -> Fit:
-    """Return the best fit with an effect as strong as makes by chance all that differs from repeat to repeat."""
-    fit, observations = best.fit, bench.observations
-    beyond = sum(chi_squared(fit.chain, o) for o in observations) - best.count
-    changed = min(unrepeated(Evidence(fit, observations)), 1.0) * beyond
-    chain = as_large(fit.chain, effect, observations, max(changed, 0.0))
-    theta = [c.theta(chain.values[c.name]) for c in fit.coordinates]
-    return replace(fit, chain=chain, theta=np.array(theta))
 
 
 def resettled(bench: Bench, hypothesis: Hypothesis) -> Hypothesis:

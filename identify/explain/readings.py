@@ -10,7 +10,6 @@ from functools import partial
 
 from identify.chain import Chain
 from identify.effects.effect import Effect, short
-from identify.evidence import Evidence
 from identify.explain.bench import Bench
 from identify.explain.explanation import Finding, Location, Range
 from identify.explain.hypothesis import Hypothesis
@@ -178,7 +177,7 @@ def hides_noise(readings: Readings, bench: Bench, hypothesis: Hypothesis, leave_
         return False
     if in_repeats(noise, spectra(readings.traces, readings.settle_s)):
         return True
-    return unrepeated(Evidence(hypothesis.fit, bench.observations)) > MOSTLY
+    return unrepeated(hypothesis.fit.chain, bench.observations) > MOSTLY
 
 
 def reread(

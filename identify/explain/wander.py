@@ -5,6 +5,7 @@ there while F rests it is added behind F, where it only shows while F moves it h
 """
 
 from collections.abc import Iterator, Sequence
+from math import log, sqrt
 
 import numpy as np
 
@@ -12,19 +13,21 @@ from identify.chain import Chain, signals
 from identify.colour import whitening
 from identify.effects.effect import Effect
 from identify.evidence import Evidence
-from identify.explain.chance import scatter_of, scatters_all
+from identify.explain.chance import MORE, as_large, scatter_of, scatters_all
 from identify.explain.corrections import free_name
 from identify.explain.hypothesis import Hypothesis
-from identify.fit import Fit
+from identify.fit import Pull, chi_squared
 from identify.observe import Observation
 from identify.stage import Place
 from identify.trace import Array, Mask
+from identify.uncertainty.inflation import inflation
 from identify.unnamed.correction import Correction
 from identify.unnamed.maps import ClockMap
 
 WINDOWS_S = (0.004, 0.02, 0.1)
 MOSTLY = 0.5  # share of a misfit that must not come back
 STILL = 1e-3  # of the largest rate of w, below which it rests
+SURE = 0.2  # of the log of a size that scatter tells: courses of chance differ
 CALM = 0.25  # of the misfit while F moves, below which what is left at rest is not the same thing
 
 
@@ -33,7 +36,7 @@ def wandering(evidence: Evidence) -> Iterator[tuple[Correction, Array, dict[str,
 
     Nothing where the mismatch comes back with the stimulus or nothing was repeated.
     """
-    if unrepeated(evidence) < MOSTLY:
+    if unrepeated(evidence.chain, evidence.observations) < MOSTLY:
         return
     place, name = where(evidence), free_name(evidence.chain)
     for window_s in WINDOWS_S:
@@ -43,23 +46,40 @@ def wandering(evidence: Evidence) -> Iterator[tuple[Correction, Array, dict[str,
         yield correction, squares, dict(zip((p.name for p in correction.parameters()), mean.tolist(), strict=True))
 
 
-def unrepeated(evidence: Evidence) -> float:
+def unrepeated(chain: Chain, observations: Sequence[Observation]) -> float:
     """Return the share of the misfit that differs from repeat to repeat; 0 where nothing was repeated."""
-    changed, beyond = _misfit_of_repeats(evidence)
+    changed, beyond = _misfit_of_repeats(chain, observations)
     return changed / beyond if beyond else 0.0
 
 
 def by_chance(
-    fit: Fit, effects: Sequence[Effect], train: Sequence[Observation], chi2: float, observations: Sequence[Observation]
+    chain: Chain, effects: Sequence[Effect], train: Sequence[Observation], chi2: float, held: Sequence[Observation]
 ) -> float:
-    """Return how much of chi-squared beyond the noise the effects of a fit make by chance, which no model can foretell.
+    """Return how much of chi-squared beyond the noise on ``held`` effects make by chance, which no model foretells.
 
     No more than the share that differs between the repeats in the runs that were fitted.
     """
     if not any(effect.by_chance for effect in effects):
         return 0.0
-    changed = min(unrepeated(Evidence(fit, tuple(train))), 1.0) * (chi2 - sum(o.count for o in observations))
-    return min(scatter_of(fit.chain, effects, observations), changed) if changed > 0.0 else 0.0
+    changed = min(unrepeated(chain, train), 1.0) * (chi2 - sum(o.count for o in held))
+    return min(MORE * scatter_of(chain, effects, held), changed) if changed > 0.0 else 0.0
+
+
+def sizing(chain: Chain, effects: Sequence[Effect], observations: Sequence[Observation]) -> Pull | None:
+    """Return what the scatter tells of the size of what acts by chance: its mean alone leaves that to other values.
+
+    As sure as the noise is that this scatter makes for all that is fitted. None where none can be seen.
+    """
+    effect = next((effect for effect in effects if effect.by_chance), None)
+    swell = inflation(chain, observations) ** 2 if effect else 1.0
+    if effect is None or swell == 1.0:
+        return None
+    beyond = sum(chi_squared(chain, o) - o.count for o in observations)
+    changed, size = min(unrepeated(chain, observations), 1.0) * beyond, effect.parameters()[0].name
+    if changed <= 0.0 or chain.values[size] <= 0.0:
+        return None
+    target = as_large(chain, effect, observations, changed).values[size]
+    return Pull(lambda there: log(there.values[size]), log(target), SURE / sqrt(swell))
 
 
 def all_wanders(hypothesis: Hypothesis, observations: tuple[Observation, ...]) -> bool:
@@ -70,19 +90,19 @@ def all_wanders(hypothesis: Hypothesis, observations: tuple[Observation, ...]) -
     chain = hypothesis.fit.chain
     if not any(scatters_all(chain, effect, observations) for effect in hypothesis.effects):
         return False
-    changed, beyond = _misfit_of_repeats(Evidence(hypothesis.fit, observations))
+    changed, beyond = _misfit_of_repeats(chain, observations)
     return changed >= MOSTLY * beyond
 
 
-def _misfit_of_repeats(evidence: Evidence) -> tuple[float, float]:
+def _misfit_of_repeats(chain: Chain, observations: Sequence[Observation]) -> tuple[float, float]:
     """Return what differs from repeat to repeat and what is left of them in all, both beyond the noise, chi-squared.
 
     Zeros where these cannot be told. Only what the model answers alike is compared: a first repeat begins from rest,
     the next where it ended.
     """
     total, changed, count = 0.0, 0.0, 0
-    for o in evidence.observations:
-        residual = o.residual(evidence.chain)
+    for o in observations:
+        residual = o.residual(chain)
         answer, residual = (o.trace.y[:] - residual) / o.noise_v, _white(o, residual)
         for once, again in _repeats(o):
             both = o.use[once] & o.use[again] & (np.abs(answer[once] - answer[again]) < 1.0)

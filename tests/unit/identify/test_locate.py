@@ -71,7 +71,7 @@ def test_what_comes_back_with_the_stimulus_is_told_from_what_does_not(comes_back
     steps = tuple(Step(s.label, s.kind, s.start, s.stop, s.repeat) for s in twice.segments)
     there = replace(bench(), observations=(observed(replace(trace, y=y, steps=steps), NOISE_V, 1),))
     evidence = Evidence(there.fitted(there.plain, ()).fit, there.observations)
-    assert abs(unrepeated(evidence) - (0.0 if comes_back else 1.0)) < 0.25
+    assert abs(unrepeated(evidence.chain, evidence.observations) - (0.0 if comes_back else 1.0)) < 0.25
     assert where(evidence) == Place.SENSE
 
 

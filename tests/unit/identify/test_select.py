@@ -226,7 +226,7 @@ def test_what_promises_more_than_the_best_fit_kept_is_fitted_too(bench, monkeypa
     monkeypatch.setattr("identify.explain.bench.promising", lambda hopes, tried, runs: [first])
     monkeypatch.setattr(Bench, "doubled", lambda self, base, tried: list(tried))
     monkeypatch.setattr(Bench, "fuller", lambda self, base, tried: [])
-    monkeypatch.setattr("identify.explain.bench.lagging", lambda screened, tried, base: [])
+    monkeypatch.setattr("identify.explain.bench.lagging", lambda screened, tried, base, wanders: [])
     this = bench.round(base)
     assert asked[:2] == [[first], [second]]
     assert base.chi2 - this.tried[0].chi2 == pytest.approx(290.0)

@@ -5,14 +5,19 @@ from dataclasses import replace
 import pytest
 
 from identify.effects import catalogue, chain_of
+from identify.explain.bench import Bench
+from identify.explain.chance import as_large, scatter_of
+from identify.explain.explain import explain
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.wander import all_wanders
+from identify.explain.locate import located
+from identify.explain.neighbours import settled
+from identify.explain.wander import all_wanders, sizing
 from identify.fit import chi_squared, fit
 from identify.stage import Place
 from identify.trace import Step
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
-from tests.proof.stimuli import sine
+from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
 from tests.trials import model_of, observed, recorded
 
 NOISE_V, SD_V, BANDWIDTH_HZ = 0.01, 0.03, 30.0
@@ -21,10 +26,19 @@ NOISY = catalogue()["process_noise"](Place.G1, "white")
 PRESENT = Concealed("process_noise", {"sd": SD_V, "bandwidth": BANDWIDTH_HZ})
 
 
+def steps_of(segments):
+    """Return the steps that a recording says it was played in."""
+    return tuple(Step(s.label, s.kind, s.start, s.stop, s.repeat) for s in segments)
+
+
+def seen(physics, segments=WAVE.segments):
+    """Return what a wave shows, its periods marked as repeats."""
+    return observed(replace(recorded(OP_AMP, WAVE, physics, NOISE_V, fine=8), steps=steps_of(segments)), NOISE_V, 4)
+
+
 def believed(effects, physics, segments=WAVE.segments) -> bool:
     """Return whether all that is left beside ``effects``, the borders fitted, is taken for chance."""
-    steps = tuple(Step(s.label, s.kind, s.start, s.stop, s.repeat) for s in segments)
-    run = observed(replace(recorded(OP_AMP, WAVE, physics, NOISE_V, fine=8), steps=steps), NOISE_V, 4)
+    run = seen(physics, segments)
     chain = chain_of(model_of(OP_AMP))
     for effect in effects:
         chain = effect.put_in(chain, {"sd": SD_V, "bandwidth": BANDWIDTH_HZ})
@@ -42,3 +56,75 @@ def test_what_noise_in_front_of_the_gap_leaves_is_its_own_chance():
 def test_what_comes_back_with_the_stimulus_is_not_chance_where_repeats_tell(segments, may):
     bypass = Concealed("feedthrough", {"k": 0.04})  # within what such noise would scatter
     assert believed((NOISY,), (bypass,), segments) is may
+
+
+@pytest.fixture(scope="module")
+def noisy() -> Bench:
+    chain = chain_of(model_of(OP_AMP))
+    held = tuple(p.name for p in chain.parameters() if p.name not in ("F.D_L", "F.D_U"))
+    return Bench(chain, (seen((PRESENT,)),), held, (type(NOISY),))
+
+
+def beside(bench: Bench, effect, values) -> Hypothesis:
+    """Fit the borders beside an effect that has these values."""
+    held = (*bench.fixed, *(p.name for p in effect.parameters()))
+    return replace(bench, fixed=held).fitted(effect.put_in(bench.plain, values), (effect,))
+
+
+def test_what_a_law_makes_by_chance_is_not_held_against_it_and_doubts_what_it_lies_beside(noisy):
+    plain = noisy.fitted(noisy.plain, ())
+    found = beside(noisy, NOISY, {"sd": SD_V, "bandwidth": BANDWIDTH_HZ})
+    raw = sum(chi_squared(found.fit.chain, o) for o in noisy.observations)
+    assert raw - found.count > 3.0 * found.count  # its mean is right, and by far not all
+    assert found.misfit < 0.3 * (raw / found.count - 1.0)
+    assert plain.swell == 1.0 < found.swell
+    further = replace(found, chi2=0.9 * found.chi2)
+    assert further.fall(found) == pytest.approx(replace(further, swell=1.0).fall(found) / found.swell)
+    assert not located(noisy, found).significant
+    assert located(noisy, plain).significant
+
+
+def test_no_more_is_chance_than_differs_from_repeat_to_repeat():
+    chain = chain_of(model_of(OP_AMP))
+    bypass = Concealed("feedthrough", {"k": 0.04})  # comes back with the stimulus, within what such noise would scatter
+    bench = Bench(chain, (seen((bypass,)),), tuple(p.name for p in chain.parameters()), (type(NOISY),))
+    found = beside(bench, NOISY, {"sd": SD_V, "bandwidth": BANDWIDTH_HZ})
+    raw = sum(chi_squared(found.fit.chain, o) for o in bench.observations)
+    assert raw - found.chi2 < 0.05 * (raw - found.count)
+
+
+def test_where_the_mean_tells_little_the_fit_begins_with_all_that_differs_between_repeats(noisy):
+    (run,) = noisy.observations
+    told = scatter_of(NOISY.put_in(noisy.plain, {"sd": SD_V, "bandwidth": BANDWIDTH_HZ}), (NOISY,), (run,))
+    for begun_v in (1e-3 * SD_V, 30.0 * SD_V):
+        small = NOISY.put_in(noisy.plain, {"sd": begun_v, "bandwidth": BANDWIDTH_HZ})
+        assert as_large(small, NOISY, (run,), told).values["process_noise.sd"] == pytest.approx(SD_V, rel=0.1)
+    resting = NOISY.put_in(noisy.plain, {"sd": 0.0, "bandwidth": BANDWIDTH_HZ})
+    assert as_large(resting, NOISY, (run,), told) is resting
+
+
+def test_the_size_of_what_acts_by_chance_is_told_by_its_scatter_too(noisy):
+    held = tuple(p.name for p in noisy.plain.parameters())
+    apart = {"F.D_L": 1.1, "F.D_U": -1.1}  # wider borders shaken more: to the mean the same, nearly
+    chain = NOISY.put_in(noisy.plain.with_values(apart), {"sd": 3.0 * SD_V, "bandwidth": BANDWIDTH_HZ})
+    bench = replace(noisy, fixed=(*held, "process_noise.bandwidth"))
+    told = bench.fitted(chain, (NOISY,)).fit.chain.values["process_noise.sd"]
+    mean = fit(chain, bench.observations, fixed=bench.fixed).chain.values["process_noise.sd"]
+    assert abs(told / SD_V - 1.0) < 0.4 < abs(mean / SD_V - 1.0)
+    assert sizing(noisy.plain, (), noisy.observations) is None
+    assert settled(bench, bench.fitted(chain, (NOISY,)))[1] == ()
+
+
+def test_what_is_left_beside_noise_in_front_of_the_gap_is_told_as_its_chance():
+    stimuli = (staircase("walk", FIG13_LEVELS_V, 0.02), sine("wave", 10.0, 3.0, 2, 4), sine("fast", 40.0, 3.0, 4, 4))
+    noise = Concealed("process_noise", {"sd": 0.1, "bandwidth": 300.0})
+    runs = [
+        replace(recorded(OP_AMP, stimulus, (noise,), NOISE_V, seed), steps=steps_of(stimulus.segments))
+        for seed, stimulus in enumerate(stimuli)
+    ]
+    answer = explain(model_of(OP_AMP), runs)
+    (found,) = answer.effects
+    assert (found.id, found.stage, answer.verdict) == ("process_noise", "G1", "partly_explained")
+    assert found.parameters["sd"][0].low < 0.1 < found.parameters["sd"][0].high
+    assert answer.remaining.stage is None
+    assert "chance" in answer.remaining.sentence
