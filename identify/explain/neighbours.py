@@ -27,10 +27,11 @@ MOVES = 8  # times the best may move
 def settled(bench: Bench, best: Hypothesis) -> tuple[Hypothesis, tuple[Fit, ...]]:
     """Return the best fit of the same effects, and those at other places that a 95 % interval must hold.
 
-    Where what effects make by chance swells the noise, no fit is finer than that, and intervals are widened by it.
+    So must it those of another form with the same numbers. Where what effects make by chance swells the noise, no fit
+    is finer than that, and intervals are widened by it.
     """
     if best.swell > 1.0:
-        return best, ()
+        return best, _other_forms(bench, best)
     best = bench.finely(_upright(bench, best))
     others: list[Hypothesis] = []
     for _ in range(MOVES):
@@ -40,7 +41,18 @@ def settled(bench: Bench, best: Hypothesis) -> tuple[Hypothesis, tuple[Fit, ...]
             break
         best = better
     near = [h.fit for h in others if h.chi2 < best.chi2 + WITHIN]
-    return best, tuple(f for f in near if best.fit.distance(f) > ELSEWHERE)
+    return best, (*(f for f in near if best.fit.distance(f) > ELSEWHERE), *_other_forms(bench, best))
+
+
+def _other_forms(bench: Bench, best: Hypothesis) -> tuple[Fit, ...]:
+    """Return the fits of the same effects with one in another form of the same numbers that the data do not exclude."""
+    found = [
+        bench.reformed(best, effect, form)
+        for effect in best.effects
+        for form in effect.fuller()
+        if set(form.parameters()) == set(effect.parameters())
+    ]
+    return tuple(h.fit for h in found if h.chi2 < best.chi2 + WITHIN * best.swell)
 
 
 def resettled(bench: Bench, hypothesis: Hypothesis) -> Hypothesis:

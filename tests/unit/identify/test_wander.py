@@ -10,7 +10,7 @@ from identify.explain.chance import as_large, scatter_of
 from identify.explain.explain import explain
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import located
-from identify.explain.neighbours import settled
+from identify.explain.neighbours import settled, spanning
 from identify.explain.wander import all_wanders, sizing
 from identify.fit import chi_squared, fit
 from identify.stage import Place
@@ -112,7 +112,16 @@ def test_the_size_of_what_acts_by_chance_is_told_by_its_scatter_too(noisy):
     mean = fit(chain, bench.observations, fixed=bench.fixed).chain.values["process_noise.sd"]
     assert abs(told / SD_V - 1.0) < 0.4 < abs(mean / SD_V - 1.0)
     assert sizing(noisy.plain, (), noisy.observations) is None
-    assert settled(bench, bench.fitted(chain, (NOISY,)))[1] == ()
+
+
+def test_an_interval_holds_what_another_form_of_the_noise_says_where_the_data_do_not_exclude_it(noisy):
+    held = tuple(p.name for p in noisy.plain.parameters())
+    chain = NOISY.put_in(noisy.plain, {"sd": SD_V, "bandwidth": BANDWIDTH_HZ})
+    best, (other,) = settled(replace(noisy, fixed=held), replace(noisy, fixed=held).fitted(chain, (NOISY,)))
+    told = spanning("process_noise.bandwidth", 1.0, best.fit, (other,))
+    own = [f.ci95("process_noise.bandwidth") for f in (best.fit, other)]
+    assert (told.low, told.high) == (min(low for low, _ in own), max(high for _, high in own))
+    assert other.chain.values["process_noise.bandwidth"] < 0.8 * best.fit.chain.values["process_noise.bandwidth"]
 
 
 def test_what_is_left_beside_noise_in_front_of_the_gap_is_told_as_its_chance():
