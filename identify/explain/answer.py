@@ -35,7 +35,7 @@ from identify.explain.round import Round
 from identify.explain.shape import shape_of
 from identify.explain.survey import StageShare
 from identify.explain.unvisited import stage_beyond, told_beyond, unvisited
-from identify.explain.wander import by_chance
+from identify.explain.wander import by_chance, unrepeated
 from identify.explain.warrant import Warranted
 from identify.explain.where import acting, profile
 from identify.fit import Fit
@@ -84,8 +84,9 @@ class Answer:
 
     def _by_chance(self, chain: Chain) -> float:
         """Return what the named effects add by chance to the variance left on held-out data, over that of the noise."""
-        count, train = sum(o.count for o in self.data.test), self.bench.observations
-        return by_chance(chain, self.better.effects, train, self.named_over**2 * count, self.data.test) / count
+        share = min(unrepeated(self.better.fit.chain, self.bench.observations), 1.0)
+        made = by_chance(chain, self.better.effects, self.data.test, share)
+        return made / sum(o.count for o in self.data.test)
 
     def _unvisited(self) -> Range | None:
         """Return where held-out runs leave more than noise because no run that was fitted has been there."""

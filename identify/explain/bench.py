@@ -296,5 +296,5 @@ def _left(found: Fit, effects: Sequence[Effect], observations: tuple[Observation
     chi2 = sum(chi_squared(found.chain, o) for o in observations)
     if not any(effect.by_chance for effect in effects):
         return chi2, 1.0
-    left = chi2 - by_chance(found.chain, effects, observations, chi2, observations)
-    return left, inflation(found.chain, observations) ** 2
+    share = min(unrepeated(found.chain, observations), 1.0)
+    return chi2 - by_chance(found.chain, effects, observations, share), inflation(found.chain, observations) ** 2

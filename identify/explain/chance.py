@@ -40,15 +40,25 @@ def scatters_all(chain: Chain, effect: Effect, observations: tuple[Observation, 
 
 
 def scatter_of(chain: Chain, effects: Sequence[Effect], observations: Sequence[Observation]) -> float:
-    """Return what effects in a chain may do by chance, in chi-squared; 0 where none acts by chance."""
+    """Return what effects in a chain do by chance, in chi-squared; 0 where none acts by chance."""
     total = 0.0
-    for effect in (e for e in effects if e.by_chance):
-        for number, o in enumerate(observations):
-            use = o.use[: _samples(o)]
-            first, second = _courses(chain, effect, o, number)
-            apart = whitening(o.colour)((first - second) / o.noise_v, use)
-            total += 0.5 * float(apart @ apart) * o.count / max(int(np.count_nonzero(use)), 1)
+    for number, o in enumerate(observations):
+        made = scatter_in(chain, effects, o, number)
+        total += float(made @ made) * o.count / max(int(np.count_nonzero(o.use[: made.size])), 1)
     return total
+
+
+def scatter_in(chain: Chain, effects: Sequence[Effect], observation: Observation, number: int) -> Array:
+    """Return a course of what effects do by chance in a run, per noise and made white, shape (N,).
+
+    0 where a reading does not count; of a long run the beginning. ``number`` is its own: each has a course of its own.
+    """
+    use = observation.use[: _samples(observation)]
+    made = np.zeros(use.size)
+    for effect in (e for e in effects if e.by_chance):
+        first, second = _courses(chain, effect, observation, number)
+        made[use] += whitening(observation.colour)((first - second) / (observation.noise_v * np.sqrt(2.0)), use)
+    return made
 
 
 def as_large(chain: Chain, effect: Effect, observations: Sequence[Observation], chi2: float) -> Chain:

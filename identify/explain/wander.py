@@ -8,12 +8,13 @@ from collections.abc import Iterator, Sequence
 from math import log, sqrt
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identify.chain import Chain, signals
 from identify.colour import whitening
 from identify.effects.effect import Effect
 from identify.evidence import Evidence
-from identify.explain.chance import MORE, as_large, scatter_of, scatters_all
+from identify.explain.chance import MORE, as_large, scatter_in, scatters_all
 from identify.explain.corrections import free_name
 from identify.explain.hypothesis import Hypothesis
 from identify.fit import Pull, chi_squared
@@ -26,6 +27,7 @@ from identify.unnamed.maps import ClockMap
 
 WINDOWS_S = (0.004, 0.02, 0.1)
 MOSTLY = 0.5  # share of a misfit that must not come back
+NEARLY = 0.75  # share of a misfit that chance must make, run by run, to be all that is left
 STILL = 1e-3  # of the largest rate of w, below which it rests
 SURE = 0.2  # of the log of a size that scatter tells: courses of chance differ
 CALM = 0.25  # of the misfit while F moves, below which what is left at rest is not the same thing
@@ -53,16 +55,39 @@ def unrepeated(chain: Chain, observations: Sequence[Observation]) -> float:
 
 
 def by_chance(
-    chain: Chain, effects: Sequence[Effect], train: Sequence[Observation], chi2: float, held: Sequence[Observation]
+    chain: Chain, effects: Sequence[Effect], observations: Sequence[Observation], share: float = 1.0
 ) -> float:
-    """Return how much of chi-squared beyond the noise on ``held`` effects make by chance, which no model foretells.
+    """Return how much of chi-squared beyond the noise effects make by chance, which no model foretells.
 
-    No more than the share that differs between the repeats in the runs that were fitted.
+    No more in any run than is there, in what changes while F rests as in all else, and of that no more than a
+    ``share``, that of what differs from repeat to repeat. Where F never moves, nothing in front of it makes any.
     """
-    if not any(effect.by_chance for effect in effects):
+    if share <= 0.0 or not any(effect.by_chance for effect in effects):
         return 0.0
-    changed = min(unrepeated(chain, train), 1.0) * (chi2 - sum(o.count for o in held))
-    return min(MORE * scatter_of(chain, effects, held), changed) if changed > 0.0 else 0.0
+    total = 0.0
+    for number, o in enumerate(observations):
+        made = scatter_in(chain, effects, o, number)
+        left, use = _white(o, o.residual(chain))[: made.size], o.use[: made.size]
+        rests = _stretches(_still(chain, o)[: made.size] & use)
+        there, its = _apart(left, rests, use), _apart(made, rests, use)
+        noise = np.array([np.count_nonzero(rests), np.count_nonzero(use & (rests == 0))])
+        told = np.minimum(MORE * its, share * np.maximum(there - noise, 0.0))
+        total += float(np.sum(told)) * o.count / max(int(np.count_nonzero(use)), 1)
+    return total
+
+
+def _stretches(still: Mask) -> NDArray[np.int64]:
+    """Return the number, from 1 on, of the stretch of True that every sample is in, 0 for none, shape (N,)."""
+    return np.where(still, np.cumsum(np.diff(still, prepend=False) & still), 0)
+
+
+def _apart(values: Array, stretches: NDArray[np.int64], use: Mask) -> Array:
+    """Return the square of what changes within stretches, and of all else, shape (2,)."""
+    count = np.maximum(np.bincount(stretches), 1)
+    mean = (np.bincount(stretches, values) / count)[stretches]
+    inside = stretches > 0
+    change = float(np.sum(np.square(values - mean), where=inside))
+    return np.array([change, float(np.sum(np.square(values), where=use)) - change])
 
 
 def sizing(chain: Chain, effects: Sequence[Effect], observations: Sequence[Observation]) -> Pull | None:
@@ -90,8 +115,9 @@ def all_wanders(hypothesis: Hypothesis, observations: tuple[Observation, ...]) -
     chain = hypothesis.fit.chain
     if not any(scatters_all(chain, effect, observations) for effect in hypothesis.effects):
         return False
+    left = sum(chi_squared(chain, o) - o.count for o in observations)
     changed, beyond = _misfit_of_repeats(chain, observations)
-    return changed >= MOSTLY * beyond
+    return changed >= MOSTLY * beyond and by_chance(chain, hypothesis.effects, observations) >= NEARLY * left
 
 
 def _misfit_of_repeats(chain: Chain, observations: Sequence[Observation]) -> tuple[float, float]:

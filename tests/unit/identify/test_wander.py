@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from identify.effects import catalogue, chain_of
@@ -11,7 +12,7 @@ from identify.explain.explain import explain
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import located
 from identify.explain.neighbours import settled, spanning
-from identify.explain.wander import all_wanders, sizing
+from identify.explain.wander import NEARLY, all_wanders, by_chance, sizing
 from identify.fit import chi_squared, fit
 from identify.stage import Place
 from identify.trace import Step
@@ -91,6 +92,24 @@ def test_no_more_is_chance_than_differs_from_repeat_to_repeat():
     found = beside(bench, NOISY, {"sd": SD_V, "bandwidth": BANDWIDTH_HZ})
     raw = sum(chi_squared(found.fit.chain, o) for o in bench.observations)
     assert raw - found.chi2 < 0.05 * (raw - found.count)
+
+
+@pytest.mark.parametrize("stimulus", [
+    pytest.param(staircase("walk", FIG13_LEVELS_V, 0.05), id="while F rests"),
+    pytest.param(sine("stuck", 10.0, 0.1, 2, 4), id="where F never moves"),
+])
+def test_what_the_readings_do_by_themselves_is_no_chance_in_front_of_the_gap(stimulus):
+    quiet = recorded(OP_AMP, stimulus, (), NOISE_V, fine=8)
+    line = 0.05 * np.sin(2.0 * np.pi * 80.7 * np.arange(quiet.size) / quiet.rate_hz)
+    run = observed(replace(quiet, y=quiet.y[:] + line), NOISE_V, 4)
+    left = float(np.sum(np.square(line / NOISE_V)))
+    chain = NOISY.put_in(chain_of(model_of(OP_AMP)), {"sd": SD_V, "bandwidth": BANDWIDTH_HZ})
+    large = as_large(chain, NOISY, (run,), left)
+    assert by_chance(large, (NOISY,), (run,)) < NEARLY * left
+    noise = Concealed("process_noise", {"sd": SD_V, "bandwidth": BANDWIDTH_HZ})
+    shaken = observed(recorded(OP_AMP, stimulus, (noise,), NOISE_V, fine=8), NOISE_V, 4)
+    wanders = chi_squared(chain, shaken) - shaken.count
+    assert stimulus.name == "stuck" or by_chance(chain, (NOISY,), (shaken,)) > NEARLY * wanders
 
 
 def test_where_the_mean_tells_little_the_fit_begins_with_all_that_differs_between_repeats(noisy):
