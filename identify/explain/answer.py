@@ -143,7 +143,7 @@ class Answer:
     def finding(self, effect: Effect) -> Finding:
         """Return what is said of one effect."""
         probability, others = odds(self.bench, self.better, effect, self.rounds, self.beyond)
-        left = sqrt(self.named_over**2 - self.by_chance)
+        left = sqrt(max(self.named_over**2 - self.by_chance, 0.0))
         most = 1.0 if self.unvisited else most_believed(self.before_v / self.noise_v, left)
         if probability > most:
             others = tuple(replace(o, probability=o.probability * most / probability) for o in others)

@@ -297,4 +297,5 @@ def _left(found: Fit, effects: Sequence[Effect], observations: tuple[Observation
     if not any(effect.by_chance for effect in effects):
         return chi2, 1.0
     share = min(unrepeated(found.chain, observations), 1.0)
-    return chi2 - by_chance(found.chain, effects, observations, share), inflation(found.chain, observations) ** 2
+    made, noise = by_chance(found.chain, effects, observations, share), sum(o.count for o in observations)
+    return max(chi2 - made, min(chi2, noise)), inflation(found.chain, observations) ** 2

@@ -60,20 +60,22 @@ def by_chance(
     """Return how much of chi-squared beyond the noise effects make by chance, which no model foretells.
 
     No more in any run than is there, in what changes while F rests as in all else, and of that no more than a
-    ``share``, that of what differs from repeat to repeat. Where F never moves, nothing in front of it makes any.
+    ``share``, that of what differs from repeat to repeat. Where F never moves, nothing in front of it makes any. None
+    at all where most of what differs is not of their making: something else does it.
     """
     if share <= 0.0 or not any(effect.by_chance for effect in effects):
         return 0.0
-    total = 0.0
+    total, differs = 0.0, 0.0
     for number, o in enumerate(observations):
         made = scatter_in(chain, effects, o, number)
         left, use = _white(o, o.residual(chain))[: made.size], o.use[: made.size]
         rests = _stretches(_still(chain, o)[: made.size] & use)
         there, its = _apart(left, rests, use), _apart(made, rests, use)
         noise = np.array([np.count_nonzero(rests), np.count_nonzero(use & (rests == 0))])
-        told = np.minimum(MORE * its, share * np.maximum(there - noise, 0.0))
-        total += float(np.sum(told)) * o.count / max(int(np.count_nonzero(use)), 1)
-    return total
+        beyond, part = share * np.maximum(there - noise, 0.0), o.count / max(int(np.count_nonzero(use)), 1)
+        total += part * float(np.sum(np.minimum(MORE * its, beyond)))
+        differs += part * float(np.sum(beyond))
+    return total if total >= MOSTLY * differs else 0.0
 
 
 def _stretches(still: Mask) -> NDArray[np.int64]:

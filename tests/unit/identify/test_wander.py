@@ -81,6 +81,8 @@ def test_what_a_law_makes_by_chance_is_not_held_against_it_and_doubts_what_it_li
     assert plain.swell == 1.0 < found.swell
     further = replace(found, chi2=0.9 * found.chi2)
     assert further.fall(found) == pytest.approx(replace(further, swell=1.0).fall(found) / found.swell)
+    small = NOISY.put_in(found.fit.chain, {"sd": 0.2 * SD_V, "bandwidth": BANDWIDTH_HZ})
+    assert by_chance(small, (NOISY,), noisy.observations) == 0.0  # a law that makes a small part of it is not the one
     assert not located(noisy, found).significant
     assert located(noisy, plain).significant
 
