@@ -29,13 +29,12 @@ from identify.explain.round import (
     ranked,
     unforeseen,
 )
-from identify.explain.wander import MOSTLY, by_chance, sizing, unrepeated
+from identify.explain.wander import MOSTLY, sizing, unrepeated, without_chance
 from identify.fit import Fit, chi_squared, fit
 from identify.observe import Observation, refined
 from identify.phases import angles_of, scanned
 from identify.stepping import alike, coarsened
 from identify.thinning import thinned
-from identify.uncertainty.inflation import inflation
 
 SPRINT = 4  # iterations in which candidates are fitted side by side
 LAPS = 12
@@ -79,7 +78,7 @@ class Bench:
             if seen == before or alike(before, seen):
                 break
             found = self._searched(found.chain, effects, seen, iterations)
-        left, swell = _left(found, effects, seen)
+        left, swell = without_chance(found.chain, effects, seen)
         count = sum(o.count for o in self.observations)
         return Hypothesis(tuple(effects), found, left, count, self.noise_known, swell)
 
@@ -88,7 +87,7 @@ class Bench:
         if all(o.substeps == 1 for o in self.observations):
             return hypothesis
         found = self._searched(hypothesis.fit.chain, hypothesis.effects, self.observations, ITERATIONS)
-        left, swell = _left(found, hypothesis.effects, self.observations)
+        left, swell = without_chance(found.chain, hypothesis.effects, self.observations)
         return replace(hypothesis, fit=found, chi2=left, swell=swell)
 
     def _searched(self, chain: Chain, effects: Sequence[Effect], seen: tuple[Observation, ...], iterations: int) -> Fit:
@@ -289,13 +288,3 @@ class Bench:
         if rest not in self.known:
             self.known[rest] = self.fitted(self.with_effects(rest, hypothesis.fit.chain.values), rest)
         return self.known[rest]
-
-
-def _left(found: Fit, effects: Sequence[Effect], observations: tuple[Observation, ...]) -> tuple[float, float]:
-    """Return chi-squared of a fit less what its effects make by chance, and what that makes of the noise of sums."""
-    chi2 = sum(chi_squared(found.chain, o) for o in observations)
-    if not any(effect.by_chance for effect in effects):
-        return chi2, 1.0
-    share = min(unrepeated(found.chain, observations), 1.0)
-    made, noise = by_chance(found.chain, effects, observations, share), sum(o.count for o in observations)
-    return max(chi2 - made, min(chi2, noise)), inflation(found.chain, observations) ** 2

@@ -92,6 +92,17 @@ def _apart(values: Array, stretches: NDArray[np.int64], use: Mask) -> Array:
     return np.array([change, float(np.sum(np.square(values), where=use)) - change])
 
 
+def without_chance(
+    chain: Chain, effects: Sequence[Effect], observations: Sequence[Observation]
+) -> tuple[float, float]:
+    """Return chi-squared less what effects make by chance, and by how much that swells the noise of sums."""
+    chi2, noise = sum(chi_squared(chain, o) for o in observations), sum(o.count for o in observations)
+    if not any(effect.by_chance for effect in effects):
+        return chi2, 1.0
+    made = by_chance(chain, effects, observations, min(unrepeated(chain, observations), 1.0))
+    return max(chi2 - made, min(chi2, noise)), inflation(chain, observations) ** 2
+
+
 def sizing(chain: Chain, effects: Sequence[Effect], observations: Sequence[Observation]) -> Pull | None:
     """Return what the scatter tells of the size of what acts by chance: its mean alone leaves that to other values.
 
