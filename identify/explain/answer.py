@@ -84,7 +84,7 @@ class Answer:
 
     def _by_chance(self, chain: Chain) -> float:
         """Return what the named effects add by chance to the variance left on held-out data, over that of the noise."""
-        share = min(unrepeated(self.better.fit.chain, self.bench.observations), 1.0)
+        share = unrepeated(self.better.fit.chain, self.bench.observations)
         made = by_chance(chain, self.better.effects, self.data.test, share)
         return made / sum(o.count for o in self.data.test)
 
@@ -229,8 +229,8 @@ class Answer:
         if self.unvisited is not None:
             return Remaining(over, stage_beyond(self.unvisited), told_beyond(self.unvisited))
         if self.by_chance > CHANCE * (over**2 - 1.0) > 0.0 and not self.beyond.significant:
-            return Remaining(over, None, "What is left is chance at work in what is named: it comes out otherwise in "
-                             "every repeat, and no model foretells it.")  # fmt: skip
+            return Remaining(over, None, "What is left is what the named noise does by chance: it differs in every "
+                             "repeat, so no model can predict it.")  # fmt: skip
         if not self.beyond.significant or (self.blemished and self.proof is None):
             return Remaining(over, None, "Nothing that any correction could explain is left beyond the noise.")
         if self.proof is not None:

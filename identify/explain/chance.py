@@ -56,8 +56,8 @@ def scatter_in(chain: Chain, effects: Sequence[Effect], observation: Observation
     use = observation.use[: _samples(observation)]
     made = np.zeros(use.size)
     for effect in (e for e in effects if e.by_chance):
-        first, second = _courses(chain, effect, observation, number)
-        made[use] += whitening(observation.colour)((first - second) / (observation.noise_v * np.sqrt(2.0)), use)
+        course = _course(chain, effect, observation, number)
+        made[use] += whitening(observation.colour)(course / observation.noise_v, use)
     return made
 
 
@@ -80,8 +80,7 @@ def _energies(chain: Chain, effect: Effect, observations: tuple[Observation, ...
     scattered, left, noise = 0.0, 0.0, 0.0
     for number, o in enumerate(observations):
         use = o.use[: _samples(o)]
-        first, second = _courses(chain, effect, o, number)
-        scattered += 0.5 * float(np.sum(np.square(first - second)[use]))
+        scattered += float(np.sum(np.square(_course(chain, effect, o, number)[use])))
         left += float(np.sum(np.square(o.residual(chain)[: use.size][use])))
         noise += o.noise_v**2 * float(np.sum(use))
     return scattered, left, noise
@@ -90,6 +89,12 @@ def _energies(chain: Chain, effect: Effect, observations: tuple[Observation, ...
 def _samples(observation: Observation) -> int:
     """Return how many samples of a run are looked at."""
     return min(observation.trace.size, INSTANTS // observation.substeps)
+
+
+def _course(chain: Chain, effect: Effect, observation: Observation, number: int) -> Array:
+    """Return a course of what an effect's noise does to the answer beside the mean of it, V, from two of its own."""
+    first, second = _courses(chain, effect, observation, number)
+    return np.asarray((first - second) / np.sqrt(2.0))
 
 
 def _courses(chain: Chain, effect: Effect, observation: Observation, number: int) -> list[Array]:

@@ -117,8 +117,8 @@ def _looked_again(
     before, after = {b.id for b in readings.found} - own, {b.id for b in reading.found} - {"adc_quantisation"}
     if before - after:  # what only the plain model showed in the readings is none of theirs: it is not looked for
         return reading, replace(look, leave_out=(*look.leave_out, *(before - after)))
-    chance = any(effect.by_chance for effect in effects)
-    if after - before and (kept.beyond.significant or chance):  # what is unexplained looks like blemishes, too
+    left = kept.beyond.significant or kept.hypothesis.swell > 1.0
+    if after - before and left:  # what is unexplained, or made by chance, looks like blemishes, too
         reading = replace(reading, found=tuple(b for b in reading.found if b.id not in after - before))
     elif look.against is None and (after - before or counts_another(readings, reading)):
         return reading, replace(look, against=improved)  # what the mismatch had hidden or shown wrongly

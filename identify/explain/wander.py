@@ -49,9 +49,9 @@ def wandering(evidence: Evidence) -> Iterator[tuple[Correction, Array, dict[str,
 
 
 def unrepeated(chain: Chain, observations: Sequence[Observation]) -> float:
-    """Return the share of the misfit that differs from repeat to repeat; 0 where nothing was repeated."""
+    """Return the share of the misfit that differs from repeat to repeat, 1 at most; 0 where nothing was repeated."""
     changed, beyond = _misfit_of_repeats(chain, observations)
-    return changed / beyond if beyond else 0.0
+    return min(changed / beyond, 1.0) if beyond else 0.0
 
 
 def by_chance(
@@ -99,7 +99,7 @@ def without_chance(
     chi2, noise = sum(chi_squared(chain, o) for o in observations), sum(o.count for o in observations)
     if not any(effect.by_chance for effect in effects):
         return chi2, 1.0
-    made = by_chance(chain, effects, observations, min(unrepeated(chain, observations), 1.0))
+    made = by_chance(chain, effects, observations, unrepeated(chain, observations))
     return max(chi2 - made, min(chi2, noise)), inflation(chain, observations) ** 2
 
 
@@ -113,7 +113,7 @@ def sizing(chain: Chain, effects: Sequence[Effect], observations: Sequence[Obser
     if effect is None or swell == 1.0:
         return None
     beyond = sum(chi_squared(chain, o) - o.count for o in observations)
-    changed, size = min(unrepeated(chain, observations), 1.0) * beyond, effect.parameters()[0].name
+    changed, size = unrepeated(chain, observations) * beyond, effect.parameters()[0].name
     if changed <= 0.0 or chain.values[size] <= 0.0:
         return None
     target = as_large(chain, effect, observations, changed).values[size]

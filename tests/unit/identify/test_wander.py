@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from identify.effects import catalogue, chain_of
+from identify.evidence import Evidence
 from identify.explain.bench import Bench
 from identify.explain.chance import as_large, scatter_of
 from identify.explain.explain import explain
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import located
 from identify.explain.neighbours import settled, spanning
-from identify.explain.wander import NEARLY, all_wanders, by_chance, sizing
+from identify.explain.wander import NEARLY, all_wanders, by_chance, sizing, unrepeated
 from identify.fit import chi_squared, fit
 from identify.stage import Place
 from identify.trace import Step
@@ -145,7 +146,7 @@ def test_an_interval_holds_what_another_form_of_the_noise_says_where_the_data_do
     assert other.chain.values["process_noise.bandwidth"] < 0.8 * best.fit.chain.values["process_noise.bandwidth"]
 
 
-def test_what_is_left_beside_noise_in_front_of_the_gap_is_told_as_its_chance():
+def test_what_is_left_beside_noise_in_front_of_the_gap_is_told_as_its_chance(monkeypatch):
     stimuli = (staircase("walk", FIG13_LEVELS_V, 0.02), sine("wave", 10.0, 3.0, 2, 4), sine("fast", 40.0, 3.0, 4, 4))
     noise = Concealed("process_noise", {"sd": 0.1, "bandwidth": 300.0})
     runs = [
@@ -158,3 +159,34 @@ def test_what_is_left_beside_noise_in_front_of_the_gap_is_told_as_its_chance():
     assert found.parameters["sd"][0].low < 0.1 < found.parameters["sd"][0].high
     assert answer.remaining.stage is None
     assert "chance" in answer.remaining.sentence
+    assert found.probability == 0.5  # a part of what is left comes back in every repeat
+    monkeypatch.setattr("identify.explain.answer.by_chance", lambda chain, effects, test, share: 1e12)
+    (sure,) = explain(model_of(OP_AMP), runs).effects
+    assert sure.probability > 0.9
+
+
+def test_noise_that_first_order_does_not_ask_for_is_begun_with_all_the_same(noisy, monkeypatch):
+    evidence = noisy.evidence(noisy.fitted(noisy.plain, ()))
+    monkeypatch.setattr(Evidence, "sized", lambda self, effect, name, options: [{**o, name: -o[name]} for o in options])
+    (start,) = NOISY.starts(evidence)
+    assert start["sd"] > 0.0
+
+
+def test_a_fit_of_what_acts_by_chance_begins_as_large_as_makes_what_differs(noisy, monkeypatch):
+    promises = []
+    monkeypatch.setattr("identify.explain.bench.hopeful", lambda screened, runs: [])
+    monkeypatch.setattr(Bench, "raced", lambda self, base, worth: promises.extend(worth) or [])
+    base = noisy.fitted(noisy.plain, ())
+    noisy.round(base)
+    (begun,) = promises
+    made = scatter_of(begun.chain, (begun.candidate.effect,), noisy.observations)
+    changed = unrepeated(base.fit.chain, noisy.observations) * (base.chi2 - base.count)
+    assert made == pytest.approx(changed, rel=0.1)
+    assert begun.chain.values["process_noise.sd"] != pytest.approx(begun.candidate.values["sd"], rel=0.1)
+
+
+def test_no_grid_is_made_finer_than_chance_lets_anybody_see(noisy):
+    coarse = replace(noisy, observations=tuple(replace(o, substeps=1, noise_v=1e-5) for o in noisy.observations))
+    found = coarse.fitted(coarse.plain, ())
+    assert coarse.fine_enough(found) is not coarse
+    assert coarse.fine_enough(replace(found, swell=2.0)) is coarse
