@@ -153,7 +153,7 @@ def run_linear(step: Stepper) -> Run:
     def run(block: Block) -> Array:
         nonlocal state, last
         out = np.empty_like(block.signal)
-        state, last = kernels.linear(step.rows, step.g0, step.g1, step.c, step.d, state, last, block.signal, out)
+        state, last = kernels.linear(step.one, step.four, state, last, block.signal, out)
         return out
 
     return run

@@ -9,7 +9,7 @@ delay behind it by any part of a step is exact as well (``read_early``).
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Literal
 
 import numpy as np
@@ -19,6 +19,7 @@ from scipy.linalg import expm
 Matrix = NDArray[np.float64]
 InputShape = Literal["ramp", "held"]
 Row = tuple[float, ...]
+FOUR = 4  # steps that are made at once
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,31 @@ class Stepper:
     def order(self) -> int:
         """Return the number of states (0 states are run as one state that stays zero)."""
         return len(self.rows)
+
+    @property
+    def one(self) -> tuple[tuple[Row, ...], Row, Row, Row, float]:
+        """Return what a step is made of."""
+        return self.rows, self.g0, self.g1, self.c, self.d
+
+    @cached_property
+    def four(self) -> tuple[tuple[Row, ...], ...]:
+        """Return (rows, pushes, reads, feeds) of four steps at once.
+
+        From the state x before them and s, the input before them and in them: the state after them is rows x +
+        pushes s, what is put out meanwhile reads x + feeds s.
+        """
+        n = self.order
+        matrix, taps = np.array(self.rows), np.array(self.c)
+        x, out = np.eye(n, n + 1 + FOUR), np.empty((FOUR, n + 1 + FOUR))  # over x before and s, of all that comes
+        for k in range(FOUR):
+            x = matrix @ x
+            x[:, n + k] += self.g0
+            x[:, n + k + 1] += self.g1
+            out[k] = taps @ x
+            out[k, n + k + 1] += self.d
+        rows, pushes, reads = (tuple(map(tuple, part.tolist())) for part in (x[:, :n], x[:, n:], out[:, :n]))
+        feeds = tuple(tuple(row[n : n + k + 2]) for k, row in enumerate(out.tolist()))  # none of what comes later
+        return rows, pushes, reads, feeds
 
     def at_rest(self) -> Row:
         """Return the state of a block whose input has been zero for ever."""

@@ -1,7 +1,7 @@
 """The compiled loops over samples, all in one place.
 
 State-space rows, taps and states are tuples, so that numba knows the order at compile time and unrolls it.
-``advance`` and ``dot`` recurse over those tuples; the recursion is resolved while compiling.
+``advance``, ``pushed`` and ``dot`` recurse over those tuples; the recursion is resolved while compiling.
 """
 
 from collections.abc import Callable
@@ -16,6 +16,7 @@ from identify.trace import Array
 BLOCKED = 40.0  # n V_T below a diode's knee, where its current is no more than rounding
 # Sums may be reordered and fused, NaN and infinity keep their meaning.
 _FAST = {"contract", "reassoc", "nsz"}
+_IN_ORDER = {"contract", "nsz"}
 
 
 def dot(c: Any, x: Any) -> Any:
@@ -25,6 +26,16 @@ def dot(c: Any, x: Any) -> Any:
 
 def advance(rows: Any, g0: Any, g1: Any, x: Any, a: Any, b: Any) -> Any:
     """Return the next state rows @ x + g0 a + g1 b, all tuples (compiled code only)."""
+    raise NotImplementedError("compiled code only")
+
+
+def onto(start: Any, c: Any, x: Any) -> Any:
+    """Return start + the inner product of two tuples, what ``x`` adds last: it is waited for (compiled code only)."""
+    raise NotImplementedError("compiled code only")
+
+
+def pushed(rows: Any, pushes: Any, x: Any, s: Any) -> Any:
+    """Return rows @ x + pushes @ s, all tuples (compiled code only)."""
     raise NotImplementedError("compiled code only")
 
 
@@ -44,10 +55,38 @@ def _advance(rows: Any, g0: Any, g1: Any, x: Any, a: Any, b: Any) -> Callable[..
     )
 
 
+@overload(onto, strict=False, jit_options={"fastmath": _IN_ORDER})
+def _onto(start: Any, c: Any, x: Any) -> Callable[..., Any]:
+    if len(c) == 1:
+        return lambda start, c, x: start + c[0] * x[0]
+    return lambda start, c, x: onto(start + c[0] * x[0], c[1:], x[1:])
+
+
+@overload(pushed, strict=False, jit_options={"fastmath": _IN_ORDER})
+def _pushed(rows: Any, pushes: Any, x: Any, s: Any) -> Callable[..., Any]:
+    if len(rows) == 1:
+        return lambda rows, pushes, x, s: (onto(dot(pushes[0], s), rows[0], x),)
+    return lambda rows, pushes, x, s: (
+        (onto(dot(pushes[0], s), rows[0], x),) + pushed(rows[1:], pushes[1:], x, s)  # noqa: RUF005
+    )
+
+
 @njit(fastmath=_FAST, error_model="numpy", cache=True)
-def linear(rows: Any, g0: Any, g1: Any, c: Any, d: float, state: Any, last: float, signal: Array, out: Array) -> Any:
-    """Run a linear block over ``signal``: x[j] = rows x[j-1] + g0 s[j-1] + g1 s[j], out[j] = c x[j] + d s[j]."""
-    for j in range(signal.size):
+def linear(one: Any, four: Any, state: Any, last: float, signal: Array, out: Array) -> Any:
+    """Run a linear block over ``signal``: x[j] = rows x[j-1] + g0 s[j-1] + g1 s[j], out[j] = c x[j] + d s[j].
+
+    ``one`` are (rows, g0, g1, c, d) of a step, ``four`` the same of four at once (discretise.Stepper): a state waits
+    for the one before it, what the signal adds does not.
+    """
+    rows, g0, g1, c, d = one
+    rows4, pushes, reads, feeds = four
+    whole = signal.size - signal.size % 4
+    for j in range(0, whole, 4):
+        s = (last, signal[j], signal[j + 1], signal[j + 2], signal[j + 3])
+        out[j], out[j + 1], out[j + 2], out[j + 3] = pushed(reads, feeds, state, s)
+        state = pushed(rows4, pushes, state, s)
+        last = signal[j + 3]
+    for j in range(whole, signal.size):
         state = advance(rows, g0, g1, state, last, signal[j])
         last = signal[j]
         out[j] = dot(c, state) + d * last

@@ -127,12 +127,13 @@ class Bench:
         """Return the bench with grids fine enough for a hypothesis; any are where its chance swells the noise."""
         return self.refined(hypothesis.fit.chain) if hypothesis.swell == 1.0 else self
 
-    def round(self, base: Hypothesis) -> "Round":
-        """Screen all effects on the residual of ``base`` and fit those that promise most."""
+    def round(self, base: Hypothesis, part: float = 0.0) -> "Round":
+        """Screen all effects on the residual of ``base`` and fit those that promise most, ``part`` of it at least."""
         evidence = self.evidence(base)
         screened = candidates(evidence, self.kinds)
         runs = len(self.observations)
         hopes = [promised(evidence, c) for c in hopeful(screened, runs)]
+        hopes = [p for p in hopes if p.gain + p.slack > part * base.proven]
         worth = promising(hopes, len(screened), runs)
         tried = self.raced(base, worth)
         late = outdone(hopes, worth, base.chi2 - min((h.chi2 for h in tried), default=base.chi2)) if tried else []

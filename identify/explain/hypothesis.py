@@ -81,13 +81,17 @@ class Hypothesis:
         """Return how likely noise alone would let chi-squared fall so far from a hypothesis with less in it."""
         return float(chi2_distribution.sf(max(self.fall(other), 0.0), max(self.freedom - other.freedom, 1)))
 
+    @property
+    def proven(self) -> float:
+        """Return by how much chi-squared is above what noise may make, whose variance is known to ``noise_known``."""
+        return max(self.chi2 - (1.0 + 2.0 * self.noise_known) * self.count, 0.0)
+
     def gains_enough(self, other: "Hypothesis", share: float = WORTH) -> bool:
         """Return whether chi-squared falls by more than what a wrong effect takes of a misfit that is not its own.
 
-        A misfit that may be noise, whose variance is known to ``noise_known``, has no share worth asking for.
+        A misfit that may be noise has no share worth asking for.
         """
-        proven = other.chi2 - (1.0 + 2.0 * other.noise_known) * other.count
-        return other.chi2 - self.chi2 > share * proven
+        return other.chi2 - self.chi2 > share * other.proven
 
     def share(self, other: "Hypothesis") -> float:
         """Return which share of what ``other`` leaves beyond the noise this hypothesis explains."""

@@ -167,4 +167,4 @@ def counts(start: Hypothesis, base: Hypothesis, best: Hypothesis) -> bool:
     Or all but little of what is left: that no law does which stands in for the flaws of another.
     """
     large = base.chi2 - best.chi2 > NEXT * (start.chi2 - base.chi2)
-    return base is start or large or best.share(base) > WHOLE
+    return large or best.share(base) > WHOLE

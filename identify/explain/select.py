@@ -9,10 +9,12 @@ from dataclasses import replace
 from identify.explain.bench import Bench
 from identify.explain.exchange import exchanged
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.round import Round, counts
+from identify.explain.locate import suspects
+from identify.explain.round import WHOLE, Round, counts
 from identify.explain.wander import all_wanders
 
 MOST_EFFECTS = 4
+ALL = 0.8  # of what is left, that a law has to explain together with as many like it as may follow
 STUCK = 0.1  # share of what an effect explains that the plain model explains as well, fitted from there
 
 Note = Callable[[str, float], None]
@@ -29,14 +31,17 @@ def selected(
     best = start
     for number in range(most):
         note(f"trying effects, round {number + 1}", 0.15 + 0.15 * number)
-        bench, this = bench.decided(bench.round(best))
+        part = ALL / (MOST_EFFECTS - number) if number else 0.0
+        bench, this = bench.decided(bench.round(best, part))
         if this.best is not None and not best.effects:  # a plain fit that had not come to its end looks like physics
             plain = bench.without(this.best, this.best.effects[-1])
             if this.base.chi2 - plain.chi2 > STUCK * (this.base.chi2 - this.best.chi2):
                 start, best, (bench, this) = plain, plain, bench.decided(bench.round(plain))
+        if number > 1 and not _belongs(bench, start, this, part):  # then no exchange is likely to make it
+            this = replace(this, tried=())
         if this.best is not None:
             this = replace(this, settled=exchanged(bench, this.best, [*rounds, this]))
-        if this.best is not None and not counts(start, this.base, this.best):
+        if number == 1 and not _belongs(bench, start, this, part):  # the first may have been mistaken: now it is not
             this = replace(this, tried=(), settled=None)
         rounds.append(this)
         if this.best is None:
@@ -48,3 +53,18 @@ def selected(
         if all_wanders(best, bench.observations):
             break
     return bench, bench.pruned(best), rounds
+
+
+def _belongs(bench: Bench, start: Hypothesis, this: Round, part: float) -> bool:
+    """Return whether a further law explains its part of what is left, so that those that may follow explain the rest.
+
+    Else it stands in for physics that is in no catalogue, and so would they. Of a misfit that may be noise, its part of
+    what corrections of free form find to first order; not asked where chance is part of it.
+    """
+    best = this.best
+    if best is None or not counts(start, this.base, best):
+        return False
+    if best.share(this.base) > WHOLE or best.swell > 1.0:
+        return True
+    found = max((s.gain - s.squares.size for s in suspects(bench.evidence(this.base))), default=0.0)
+    return best.gains_enough(this.base, part) and this.base.chi2 - best.chi2 > part * found

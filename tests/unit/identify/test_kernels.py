@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from identify import altered_kernels, charging, kernels
+from identify.discretise import Stepper
 from identify.following import slewed, slewed_softly
 
 QUICK = settings(deadline=None, max_examples=60)
@@ -41,6 +42,21 @@ def block_of(order, seed):
     return tuple(map(tuple, rows)), tuple(g0), tuple(g1), tuple(c), 0.3
 
 
+@pytest.mark.parametrize("order", [1, 2, 3, 5])
+def test_linear_run_in_chunks_of_any_size_is_linear_run_at_once(order):
+    block, signal = block_of(order, order), np.random.default_rng(1).normal(size=200)
+    four, whole, parts = Stepper(*block).four, np.empty(200), np.empty(200)
+    end = kernels.linear(block, four, (0.0,) * order, 0.0, signal, whole)
+    state, last, at = (0.0,) * order, 0.0, 0
+    for size in (1, 2, 3, 5, 8, 64, 117):
+        state, last = kernels.linear(block, four, state, last, signal[at : at + size], parts[at : at + size])
+        at += size
+    assert at == 200
+    assert np.allclose(parts, whole, rtol=1e-12, atol=1e-12)
+    assert np.allclose(state, end[0], rtol=1e-12, atol=1e-12)
+    assert last == end[1]
+
+
 def linear_by_hand(block, signal):
     rows, g0, g1, c, d = (np.array(part) for part in block)
     x, last, out = np.zeros(len(g0)), 0.0, []
@@ -52,9 +68,10 @@ def linear_by_hand(block, signal):
 
 
 @pytest.mark.parametrize("order", [1, 2, 3, 5])
-def test_linear_is_the_recurrence_written_out(order):
-    block, signal, out = block_of(order, order), np.random.default_rng(1).normal(size=200), np.empty(200)
-    state, last = kernels.linear(*block, (0.0,) * order, 0.0, signal, out)
+@pytest.mark.parametrize("count", [1, 3, 4, 200, 203])
+def test_linear_is_the_recurrence_written_out(order, count):
+    block, signal, out = block_of(order, order), np.random.default_rng(1).normal(size=count), np.empty(count)
+    state, last = kernels.linear(block, Stepper(*block).four, (0.0,) * order, 0.0, signal, out)
     expected, x = linear_by_hand(block, signal)
     assert np.allclose(out, expected, rtol=1e-12, atol=1e-12)
     assert np.allclose(state, x, rtol=1e-12, atol=1e-12)
