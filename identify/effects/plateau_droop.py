@@ -15,19 +15,24 @@ if TYPE_CHECKING:
 
 RATE = Parameter("plateau_droop.rate", "1/s", scale=0.1)
 CURRENT = Parameter("plateau_droop.current", "V/s", scale=0.1)
-LAWS = {"leak": (RATE,), "bias": (CURRENT,), "leak and bias": (RATE, CURRENT), "across": (RATE,)}
+TARGET = Parameter("plateau_droop.target", "V/V", scale=0.1)
+UNEVENLY = "unevenly across"
+LAWS = {
+    "leak": (RATE,), "bias": (CURRENT,), "leak and bias": (RATE, CURRENT), "across": (RATE,), UNEVENLY: (RATE, TARGET),
+}  # fmt: skip
 
 
 @final
 class PlateauDroop(InsidePlay):
     """Leak or bias current of the capacitor that holds w while the play is inside its gap.
 
-    A leak to ground pulls w to zero; one ``across`` the blocked diodes pulls it to where v alone would have it.
+    A leak to ground pulls w to zero; one ``across`` the blocked diodes pulls it to where v alone would have it: by the
+    mean of the slopes, or, where one diode leaks more than the other, by ``target`` times that.
     """
 
     id = "plateau_droop"
     title = "droop of the held level"
-    equation = "on plateaus dw/dt = current - rate w; across: dw/dt = rate (S v - w)"
+    equation = "on plateaus dw/dt = current - rate w; across: dw/dt = rate (target S v - w)"
     sentence = (
         "The level F holds on a plateau runs by itself: {}. A leak pulls to zero, a bias current to one side, a leak "
         "across the blocked diodes towards the middle of the gap."
@@ -35,9 +40,9 @@ class PlateauDroop(InsidePlay):
     axis = "time on a plateau"
     fingerprint = "slope against time, on plateaus only"
     places = (Place.F,)
-    forms = ("leak", "bias", "leak and bias", "across")
-    declared = (RATE, CURRENT)
-    absent: ClassVar = {"rate": 0.0, "current": 0.0}
+    forms = ("leak", "bias", "leak and bias", "across", UNEVENLY)
+    declared = (RATE, CURRENT, TARGET)
+    absent: ClassVar = {"rate": 0.0, "current": 0.0, "target": 1.0}
     confused_with = (
         Confusion("ac_coupling", "a staircase that moves along a border only: a leak shows on plateaus alone"),
         Confusion("dielectric_absorption", "a staircase with two dwell times"),
@@ -54,13 +59,16 @@ class PlateauDroop(InsidePlay):
         rate, current = given.get(RATE.name, 0.0), given.get(CURRENT.name, 0.0)
         keep = float(np.exp(-rate * grid.step_s))
         held_s = grid.step_s if rate == 0.0 else -float(np.expm1(-rate * grid.step_s)) / rate
-        across = 1.0 - keep if self.form == "across" else 0.0
+        target = given.get(TARGET.name, 1.0)
+        across = target * (1.0 - keep) if self.form in ("across", UNEVENLY) else 0.0
         return replace(
             law, keep=law.keep * keep, climb=keep * law.climb + current * held_s, across=keep * law.across + across
         )
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
-        """Return the rate and the current, of either sign, that explain most."""
+        """Return the rate and the current, of either sign, that explain most; the uneven form is one more complete."""
+        if self.form == UNEVENLY:
+            return []
         low, high = evidence.range(Place.F)
         rates = [float(r) for r in np.geomspace(1e-3, 30.0, 6)]
         best: dict[str, float] = {}

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 LEVEL = Parameter("soft_saturation.level", "V", "log")
 KNEE = Parameter("soft_saturation.knee", "V", "log")
+FARTHEST = 1e3  # times the range of w: the tanh of that misses a line by less than 1e-6 of it
 KNEES = np.geomspace(0.1, 3.0, 20)  # of the range of w: where a diode conducts
 WIDTHS = (0.01, 0.03, 0.1, 0.3)  # of the range of w: of its knee
 SLOPES = (0.0, 0.3, 0.6, 0.85)  # that it leaves
@@ -69,12 +70,12 @@ class SoftSaturation(Effect):
         return np.where(sign * w > 0.0, _tanh(w, level), w)
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
-        """Return the level, from a tenth of the range of w upwards, the knee and the slope that its map asks for."""
+        """Return the level, from a tenth of the range of w up to where it hardly bends, the knee and the slope that its map asks for."""
         low, high = evidence.range(Place.F)
         top = max(-low, high) if self.form.endswith("both") else high if self.form.endswith("upper") else -low
         if top <= 0.0:
             return []
-        options = [{"level": top * share} for share in np.geomspace(0.1, 30.0, 30)]
+        options = [{"level": top * share} for share in np.geomspace(0.1, FARTHEST, 45)]
         if self.form.startswith("diode"):
             options = [
                 {"level": top * share, "knee": top * knee, "slope": slope}

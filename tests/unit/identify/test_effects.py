@@ -66,6 +66,16 @@ TWINS = {
     "bias": (
         OP_AMP, Concealed("bias current", {"current": 21.0}), Physics("plateau_droop", {"current": 21.0}, form="bias"),
     ),
+    "leak across": (
+        ONE_SLOPE, Concealed("leak across", {"rate": 3.7}), Physics("plateau_droop", {"rate": 3.7}, form="across"),
+    ),
+    "leak across, uneven": (  # the bench's pulls to where the rising border's slope alone would have w
+        SKEWED, Concealed("leak across", {"rate": 3.7}),
+        Physics(
+            "plateau_droop", {"rate": 3.7, "target": 2.0 * SKEWED.s_l / (SKEWED.s_l + SKEWED.s_u)},
+            form="unevenly across",
+        ),
+    ),
     "dead time": (RC, Concealed("dead_time", {"delay": 3.7e-4}), Physics("dead_time", {"delay": 3.7e-4})),
     "pole at G1": (RC, Concealed("extra_pole in G1", {"tau": 1.3e-3}), Physics("extra_pole", {"tau": 1.3e-3}, "G1")),
     "pole at G2": (RC, Concealed("extra_pole in G2", {"tau": 1.3e-3}), Physics("extra_pole", {"tau": 1.3e-3}, "G2")),

@@ -156,9 +156,9 @@ def test_a_share_below_zero_is_no_start():
     assert seen.best_share(catalogue()["dielectric_absorption"](Place.F, "every step"), "fraction", options) == {}
 
 
+@pytest.mark.parametrize("level", [150.0, 1200.0])  # nine times the range of w, and seventy times
 @pytest.mark.parametrize("form", ["tanh both", "tanh upper", "tanh lower"])
-def test_a_weak_compression_has_a_start_that_gains(form):
-    level = 150.0  # nine times the range of w
+def test_a_weak_compression_has_a_start_that_gains(form, level):
     w = "soft_saturation, upper" if form == "tanh upper" else "soft_saturation"
     seen = evidence_of(Concealed(w, {"level": level}))
     effect = catalogue()["soft_saturation"](Place.F, form)
