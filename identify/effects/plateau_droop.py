@@ -17,6 +17,8 @@ RATE = Parameter("plateau_droop.rate", "1/s", scale=0.1)
 CURRENT = Parameter("plateau_droop.current", "V/s", scale=0.1)
 TARGET = Parameter("plateau_droop.target", "V/V", scale=0.1)
 UNEVENLY = "unevenly across"
+RATES = tuple(float(rate) for rate in np.geomspace(1e-3, 30.0, 6))  # 1/s
+SMALL = 1e-4  # 1/s: what it does is in proportion to it
 LAWS = {
     "leak": (RATE,), "bias": (CURRENT,), "leak and bias": (RATE, CURRENT), "across": (RATE,), UNEVENLY: (RATE, TARGET),
 }  # fmt: skip
@@ -70,10 +72,16 @@ class PlateauDroop(InsidePlay):
         if self.form == UNEVENLY:
             return []
         low, high = evidence.range(Place.F)
-        rates = [float(r) for r in np.geomspace(1e-3, 30.0, 6)]
         best: dict[str, float] = {}
         for name, size in (("rate", 1.0), ("current", max(high, -low, 1e-3))):
             if any(p.name.endswith(name) for p in self.parameters()):
-                signs = (1.0,) if name == "rate" else (1.0, -1.0)
-                best = evidence.best(self, [{**best, name: sign * r * size} for r in rates for sign in signs]) or best
+                best = self._further(evidence, best, name, size)
         return [{p.name.rpartition(".")[2]: best.get(p.name.rpartition(".")[2], 0.0) for p in self.parameters()}]
+
+    def _further(self, evidence: "Evidence", best: dict[str, float], name: str, size: float) -> dict[str, float]:
+        """Return ``best`` with one more value: of a grid of its size, or a small one that acts in proportion to it."""
+        signs = (1.0,) if name == "rate" else (1.0, -1.0)
+        options = [{**best, name: sign * rate * size} for rate in RATES for sign in signs]
+        small = {} if best else evidence.proportion(self, name, SMALL * size)
+        holds = bool(small) and (name == "current" or small[name] > 0.0)
+        return evidence.best(self, [*options, small if holds else {**best, name: 0.0}]) or best

@@ -70,7 +70,7 @@ class SoftSaturation(Effect):
         return np.where(sign * w > 0.0, _tanh(w, level), w)
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
-        """Return the level, from a tenth of the range of w up to where it hardly bends, the knee and the slope that its map asks for."""
+        """Return the level, up to where it hardly bends, the knee and the slope that its map asks for."""
         low, high = evidence.range(Place.F)
         top = max(-low, high) if self.form.endswith("both") else high if self.form.endswith("upper") else -low
         if top <= 0.0:

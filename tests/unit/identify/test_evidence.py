@@ -168,6 +168,13 @@ def test_a_weak_compression_has_a_start_that_gains(form, level):
         assert best_of(seen, effect).values["soft_saturation.level"] == pytest.approx(level, rel=0.3)
 
 
+@pytest.mark.parametrize("current", [-3e-3, 3e-3])
+def test_a_bias_current_far_below_what_is_tried_has_a_start(current):
+    seen = evidence_of(Concealed("bias current", {"current": current}))
+    (start,) = catalogue()["plateau_droop"](Place.F, "bias").starts(seen)
+    assert start["current"] == pytest.approx(current, rel=0.5)
+
+
 @pytest.mark.parametrize("depth", [2e-3, 8e-3, 0.1])
 def test_a_rail_that_is_only_just_met_has_a_start_that_leads_to_it(clean, depth):
     upper = clean.range(Place.F)[1] * (1.0 - depth)
