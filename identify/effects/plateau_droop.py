@@ -49,7 +49,7 @@ class PlateauDroop(InsidePlay):
         Confusion("ac_coupling", "a staircase that moves along a border only: a leak shows on plateaus alone"),
         Confusion("dielectric_absorption", "a staircase with two dwell times"),
     )
-    example: ClassVar = {"rate": 0.35, "current": 0.4}
+    example: ClassVar = {"rate": 0.35, "current": 0.4, "target": 1.2}
 
     def parameters(self) -> tuple[Parameter, ...]:
         """Return the parameters of the form."""

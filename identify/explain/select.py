@@ -59,12 +59,14 @@ def _belongs(bench: Bench, start: Hypothesis, this: Round, part: float) -> bool:
     """Return whether a further law explains its part of what is left, so that those that may follow explain the rest.
 
     Else it stands in for physics that is in no catalogue, and so would they. Of a misfit that may be noise, its part of
-    what corrections of free form find to first order; not asked where chance is part of it.
+    what corrections of free form find to first order; that is not asked where chance is part of it.
     """
     best = this.best
     if best is None or not counts(start, this.base, best):
         return False
-    if best.share(this.base) > WHOLE or best.swell > 1.0:
+    if best.share(this.base) > WHOLE:
         return True
+    if best.swell > 1.0 or not best.gains_enough(this.base, part):
+        return best.gains_enough(this.base, part)
     found = max((s.gain - s.squares.size for s in suspects(bench.evidence(this.base))), default=0.0)
-    return best.gains_enough(this.base, part) and this.base.chi2 - best.chi2 > part * found
+    return this.base.chi2 - best.chi2 > part * found

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, final
 
 import numpy as np
-from scipy.optimize import minimize
+from scipy.optimize import minimize, minimize_scalar
 from scipy.stats import chi2, kurtosis
 
 from identify.colour import Colour, whitening
@@ -32,6 +32,8 @@ PER_DECADE = 1.6  # poles and zeros of the filter that whitens it
 STEP = 1e-3  # of the differences for the curvature
 LENGTHS = (1, 10, 100)  # readings whose sums are compared with a normal law
 ALIKE = 0.15  # difference in the logarithm of the rms, and in slope, that a fit hardly notices
+UNEVEN = 0.01  # probability of so much difference between recordings below which it is none of the reading's
+DOUBLED = 6.0  # times a coloured part may be doubled or halved in one recording
 BURSTS = 8.0  # standard deviations by which their kurtosis may exceed its
 
 
@@ -111,10 +113,12 @@ class Told(Coloured):
 def coloured_noise(training: Sequence[Trace], proof: Sequence[Trace], settle_s: float) -> Told | None:
     """Return the noise when it is coloured beyond doubt and that holds on readings kept back; None when it is white.
 
-    What comes in bursts is no such noise: made white, it is not Gaussian.
+    What comes in bursts is no such noise: made white, it is not Gaussian. Nor is what some recordings have and others
+    have not: noise of the reading does not know what is played.
     """
-    kept = spectra(proof, settle_s)
-    return told_by(spectra(training, settle_s), kept, lambda noise: _bursts(training, settle_s, noise))
+    seen, kept = spectra(training, settle_s), spectra(proof, settle_s)
+    told = told_by(seen, kept, lambda noise: _bursts(training, settle_s, noise))
+    return told if told is not None and told_apart(seen, told) > UNEVEN else None
 
 
 def told_by(seen: Sequence[Spectrum], kept: Sequence[Spectrum], bursts: Callable[[Coloured], float]) -> Told | None:
@@ -175,6 +179,19 @@ def misfit(seen: Sequence[Spectrum], noise: Coloured) -> float:
 def _improvement(seen: Sequence[Spectrum], noise: Coloured) -> float:
     """Return twice the gain in log-likelihood of coloured over white noise on readings it was not fitted to."""
     return 2.0 * (_cost(seen, _white(seen), 0.0, 1.0) - _cost(seen, *noise.values))
+
+
+def told_apart(seen: Sequence[Spectrum], noise: Coloured) -> float:
+    """Return how likely chance makes the coloured part as unlike in single recordings as it is, its law being one."""
+    fallen = 0.0
+    for spectrum in seen:
+
+        def cost(doubled: float, spectrum: Spectrum = spectrum) -> float:
+            return _cost([spectrum], noise.white_v, noise.sd_v * 2.0**doubled, noise.slope)
+
+        found: Any = minimize_scalar(cost, bounds=(-DOUBLED, DOUBLED), method="bounded")
+        fallen += 2.0 * max(cost(0.0) - float(found.fun), 0.0)
+    return float(chi2.sf(fallen, len(seen)))
 
 
 def in_repeats(noise: Coloured, seen: Sequence[Spectrum]) -> bool:
