@@ -25,9 +25,12 @@ from identify.explain.warrant import Warranted, warranted
 from identify.holdout import Split
 from identify.model import Model
 from identify.observe import Observation, refined
+from identify.stage import Place
 from identify.starts.orders import valued
 from identify.starts.start import stabilised
 from identify.trace import Trace, intersample_of
+
+MUCH = 1.0  # misfit of a plain fit from which it may be a wrong one
 
 Note = Callable[[str, float], None]
 
@@ -137,9 +140,23 @@ def prepared(model: Model, data: Split, leave_out: Sequence[str] = ()) -> tuple[
     kinds = tuple(kind for name, kind in catalogue().items() if name not in leave_out)
     noise_known = max(NOISE_KNOWN, sqrt(2.0 / data.noise.freedom))
     bench = Bench(chain, data.train, model.fixed, kinds, noise_known=noise_known)
-    coarse = bench.fitted(chain, ())
+    coarse = _plain(bench)
     bench = bench.refined(coarse.fit.chain)
     return bench, bench.fitted(coarse.fit.chain, ())
+
+
+def _plain(bench: Bench) -> Hypothesis:
+    """Return the plain chain fitted; where that leaves much, from where F alone leads, if that is better.
+
+    While F is off by more than the lags are, these stand in for it, and may come to rest on the other side of each
+    other.
+    """
+    found = bench.fitted(bench.plain, ())
+    if found.misfit < MUCH:
+        return found
+    lags = [p.name for stage in bench.plain.stages if stage.place != Place.F for p in stage.parameters()]
+    first = replace(bench, fixed=(*bench.fixed, *lags)).fitted(bench.plain, ())
+    return min(found, bench.fitted(first.fit.chain, ()), key=lambda h: h.chi2)
 
 
 def confirmed(
