@@ -78,7 +78,7 @@ class Bench:
             if seen == before or alike(before, seen):
                 break
             found = self._searched(found.chain, effects, seen, iterations)
-        left, swell = without_chance(found.chain, effects, seen)
+        left, swell = without_chance(found.chain, effects, seen, self.noise_known)
         count = sum(o.count for o in self.observations)
         return Hypothesis(tuple(effects), found, left, count, self.noise_known, swell)
 
@@ -87,7 +87,7 @@ class Bench:
         if all(o.substeps == 1 for o in self.observations):
             return hypothesis
         found = self._searched(hypothesis.fit.chain, hypothesis.effects, self.observations, ITERATIONS)
-        left, swell = without_chance(found.chain, hypothesis.effects, self.observations)
+        left, swell = without_chance(found.chain, hypothesis.effects, self.observations, self.noise_known)
         return replace(hypothesis, fit=found, chi2=left, swell=swell)
 
     def _searched(self, chain: Chain, effects: Sequence[Effect], seen: tuple[Observation, ...], iterations: int) -> Fit:
@@ -141,7 +141,8 @@ class Bench:
         left_over = min((h.misfit for h in tried), default=base.misfit)
         if not left_over < self.noise_known < base.misfit:
             wanders = unrepeated(base.fit.chain, self.observations)
-            left = [*(p.candidate for p in unforeseen(hopes, worth)), *lagging(screened, tried, base, wanders > MOSTLY)]
+            unmet = [p.candidate for p in unforeseen(hopes, worth, tried, base)]
+            left = [*unmet, *(c for c in lagging(screened, tried, base, wanders > MOSTLY) if c not in unmet)]
             starts = [Promise(c, self._begun(base, c, wanders), c.gain) for c in left]
             tried = [*tried, *self.raced(base, starts)]
         fitted = [h for h in (*tried, *self.fuller(base, tried)) if self.possible(h)]

@@ -114,14 +114,20 @@ def passed_over(promises: Sequence[Promise], fitted: Sequence[Promise]) -> tuple
     return tuple(sorted(left, key=lambda p: -p.gain)[:FITTED_A_ROUND])
 
 
-def unforeseen(promises: Sequence[Promise], fitted: Sequence[Promise]) -> list[Promise]:
+def unforeseen(
+    promises: Sequence[Promise], fitted: Sequence[Promise], tried: Sequence[Hypothesis], base: Hypothesis
+) -> list[Promise]:
     """Return what was not fitted, gains much from its start, and is not told by a first order in the plain parameters.
 
-    These have moved far to stand in for it, and its fit does not begin where their first order leads.
+    These have moved far to stand in for it, and its fit does not begin where their first order leads. Where the best
+    fit leaves much of a plain misfit, they have for all laws, and everything is returned.
     """
     best = max((p.candidate.gain for p in fitted), default=0.0)
-    left = [p for p in promises if p not in fitted and p.slack > abs(p.gain) and p.candidate.gain > PROMISING * best]
-    return sorted(left, key=lambda p: -p.candidate.gain)[:UNFORESEEN]
+    left = [p for p in promises if p not in fitted]
+    if not base.effects and min(tried, key=lambda h: h.chi2, default=base).share(base) < WHOLE:
+        return left
+    told = [p for p in left if p.slack > abs(p.gain) and p.candidate.gain > PROMISING * best]
+    return sorted(told, key=lambda p: -p.candidate.gain)[:UNFORESEEN]
 
 
 def lagging(

@@ -93,11 +93,14 @@ def _apart(values: Array, stretches: NDArray[np.int64], use: Mask) -> Array:
 
 
 def without_chance(
-    chain: Chain, effects: Sequence[Effect], observations: Sequence[Observation]
+    chain: Chain, effects: Sequence[Effect], observations: Sequence[Observation], noise_known: float
 ) -> tuple[float, float]:
-    """Return chi-squared less what effects make by chance, and by how much that swells the noise of sums."""
+    """Return chi-squared less what effects make by chance, and by how much that swells the noise of sums.
+
+    Nothing is their making where all that is left may be noise, whose variance is known to ``noise_known``.
+    """
     chi2, noise = sum(chi_squared(chain, o) for o in observations), sum(o.count for o in observations)
-    if not any(effect.by_chance for effect in effects):
+    if not any(effect.by_chance for effect in effects) or chi2 < (1.0 + 2.0 * noise_known) * noise:
         return chi2, 1.0
     made = by_chance(chain, effects, observations, unrepeated(chain, observations))
     return max(chi2 - made, min(chi2, noise)), inflation(chain, observations) ** 2

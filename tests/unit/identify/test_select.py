@@ -9,6 +9,7 @@ from identify.effects import catalogue, chain_of
 from identify.effects.effect import Effect
 from identify.explain.bench import DECISIVE, Bench
 from identify.explain.exchange import exchanged
+from identify.explain.explain import prepared
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located
 from identify.explain.neighbours import resettled
@@ -17,11 +18,15 @@ from identify.explain.rivals import odds
 from identify.explain.round import Round, lagging, outdone, unforeseen
 from identify.explain.select import selected
 from identify.fit import chi_squared
+from identify.holdout import split
 from identify.phases import angles_of, scanned
 from identify.stage import Place
+from tests.proof.ask import known_effects, trace_of
+from tests.proof.bench import record
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP, RC
 from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
+from tests.proof.trial import Key, drawn
 from tests.trials import model_of, noisy, observed, recorded
 
 NOISE_V = 0.010
@@ -170,7 +175,22 @@ def test_what_first_order_does_not_foresee_is_fitted_where_its_start_gains_much(
     mistaken, sure, faint = (
         promise(BYPASS, 60.0, -20.0, 80.0), promise(DIODE, 60.0, 20.0, 5.0), promise(BYPASS, 10.0, -20.0, 80.0),
     )  # fmt: skip
-    assert unforeseen([sure, mistaken, faint, fitted], [fitted]) == [mistaken]
+    promises, base = [sure, mistaken, faint, fitted], bench.fitted(bench.plain, ())
+    nearly_all, poor = (replace(base, chi2=share * base.chi2 + (1.0 - share) * base.count) for share in (0.05, 0.3))
+    assert unforeseen(promises, [fitted], [nearly_all], base) == [mistaken]
+    assert unforeseen(promises, [fitted], [poor], base) == [sure, mistaken, faint]  # plain values stand in for all
+    assert unforeseen(promises, [fitted], [poor], replace(base, effects=(BYPASS,))) == [mistaken]
+
+
+def test_a_large_law_of_the_source_is_fitted_though_first_order_prefers_others():
+    """The plain values have moved to stand in for it: to first order a capacitor in G1 promises six times as much."""
+    trial = drawn(Key(22, "single", "source_nonlinearity", 0), known_effects())
+    runs = record(trial)
+    train, test = ([trace_of(run) for run in runs if run.held_out is kept] for kept in (False, True))
+    model = model_of(trial.nominal)
+    few = set(known_effects()) - {"source_nonlinearity", "capacitor_nonlinearity", "self_heating"}
+    there, plain = prepared(model, split(model, train, test), list(few))
+    assert there.round(plain).tried[0].names == ("source_nonlinearity",)
 
 
 def test_a_lag_is_fitted_where_first_order_promises_nothing(monkeypatch):
@@ -227,6 +247,7 @@ def test_what_promises_more_than_the_best_fit_kept_is_fitted_too(bench, monkeypa
     monkeypatch.setattr(Bench, "doubled", lambda self, base, tried: list(tried))
     monkeypatch.setattr(Bench, "fuller", lambda self, base, tried: [])
     monkeypatch.setattr("identify.explain.bench.lagging", lambda screened, tried, base, wanders: [])
+    monkeypatch.setattr("identify.explain.bench.unforeseen", lambda hopes, *rest: [])
     this = bench.round(base)
     assert asked[:2] == [[first], [second]]
     assert base.chi2 - this.tried[0].chi2 == pytest.approx(290.0)
