@@ -26,6 +26,7 @@ STALLED = 1e-9  # half width of the box at which no step helps
 POOR = 0.25  # share of the expected gain below which a trial is taken one step further
 VISIBLE = 0.1  # gain in cost of a third of a standard deviation: a search that stalls with less left is done
 STILL = 1e-6  # expected gain, relative to the cost, below which rounding and corners stop a model that does not fit
+LAST = 3  # steps that gain less than enough together end a search
 NEGLIGIBLE = 1e-4  # an expected gain in cost that no test could see ends the search
 
 
@@ -91,11 +92,13 @@ def fit(
     iterations: int = 30,
     pull: Pull | None = None,
     valleys: bool = True,
+    enough: float = 0.0,
 ) -> Fit:
     """Fit ``chain`` from its own values to all observations; the prior sits at ``centre`` (default: the start).
 
     A ``pull`` draws the fit aside; its price is not in the cost that is returned. Without ``valleys`` a step that does
-    not help is only made shorter: narrow bent valleys are then not followed to their end, at half the work.
+    not help is only made shorter: narrow bent valleys are then not followed to their end, at half the work. Nor are
+    they where some steps in a row gain less than ``enough`` of chi-squared together.
 
     Never raises for bad numbers: a fit that does not converge says so in ``converged`` and ``sentence``.
     """
@@ -103,7 +106,7 @@ def fit(
     coordinates = coordinates_of(chain, centre, [o.trace.name for o in observations], fixed)
     begun = [chain.values.get(c.name, chain.values[c.parameter.name]) for c in coordinates]
     start = np.array([c.bounded(c.theta(value)) for c, value in zip(coordinates, begun, strict=True)])
-    found = _search(_Problem(chain, tuple(observations), coordinates, pull), start, iterations, valleys)
+    found = _search(_Problem(chain, tuple(observations), coordinates, pull), start, iterations, valleys, enough)
     return replace(found, cost=found.cost - pull.cost(found.chain)) if pull else found
 
 
@@ -193,17 +196,18 @@ def chi_squared(chain: Chain, observation: Observation) -> float:
     return total
 
 
-def _search(problem: _Problem, theta: Array, iterations: int, valleys: bool) -> Fit:
+def _search(problem: _Problem, theta: Array, iterations: int, valleys: bool, enough: float) -> Fit:
     """Search by Gauss-Newton steps in a box that grows where the quadratic model holds and shrinks where it fails."""
-    cost, radius = problem.cost(theta), RADIUS
+    cost, radius, costs = problem.cost(theta), RADIUS, [np.inf] * LAST
     if not np.isfinite(cost):
         return _failed(problem, theta, "the model cannot be simulated at its starting values")
     converged, sentence = False, f"no minimum within {iterations} iterations"
     matrix, right = problem.normal(theta)
     for _ in range(iterations):
         step, expected = problem.step(matrix, right, theta, radius)
-        if expected < NEGLIGIBLE or radius < STALLED:
-            converged, sentence = _ending(problem.step(matrix, right, theta, np.inf)[1], cost)
+        slow = costs[-LAST] - cost < enough
+        if slow or expected < NEGLIGIBLE or radius < STALLED:
+            converged, sentence = _ending(0.0 if slow else problem.step(matrix, right, theta, np.inf)[1], cost)
             break
         there = problem.moved(theta, step)
         trial = problem.cost(there)
@@ -212,6 +216,7 @@ def _search(problem: _Problem, theta: Array, iterations: int, valleys: bool) -> 
         gain = (cost - trial) / expected
         radius = radius * 3.0 if gain > 0.75 else radius if gain > 0.25 else 0.25 * float(np.max(np.abs(step)))
         if gain > 0.0:
+            costs.append(cost)
             theta, cost = there, trial
             matrix, right = problem.normal(theta)
     covariance = inverse(matrix)

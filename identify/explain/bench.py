@@ -6,6 +6,7 @@ plain parameters.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from math import isfinite, log
 
 import numpy as np
@@ -44,6 +45,7 @@ NEAR, FAR = 200.0, 0.3  # of chi-squared, and share of the best fall: a fit furt
 DOUBLED = 3  # candidates of a round that are fitted again from twice their strength
 STEPPED = 5  # rivals that are fitted again on a finer grid
 ITERATIONS = 40
+ENOUGH = 0.5  # of chi-squared: steps that gain less together change no odds
 COARSER = 4  # instants of a grid to one of that on which a fit is searched
 ROUNDS = 3  # of measuring what finer grids add, at most
 TURNS = 4  # times phases are looked for anew once the rest has moved
@@ -83,18 +85,23 @@ class Bench:
         return Hypothesis(tuple(effects), found, left, count, self.noise_known, swell)
 
     def finely(self, hypothesis: Hypothesis) -> Hypothesis:
-        """Return a hypothesis fitted on the grids of the bench, whose slopes tell how sure its values are."""
-        if all(o.substeps == 1 for o in self.observations):
-            return hypothesis
-        found = self._searched(hypothesis.fit.chain, hypothesis.effects, self.observations, ITERATIONS)
+        """Return a hypothesis fitted to its end on the grids of the bench: slopes there tell how sure values are."""
+        found = self._searched(hypothesis.fit.chain, hypothesis.effects, self.observations, ITERATIONS, 0.0)
         left, swell = without_chance(found.chain, hypothesis.effects, self.observations, self.noise_known)
         return replace(hypothesis, fit=found, chi2=left, swell=swell)
 
-    def _searched(self, chain: Chain, effects: Sequence[Effect], seen: tuple[Observation, ...], iterations: int) -> Fit:
+    def _searched(
+        self, chain: Chain, effects: Sequence[Effect], seen: tuple[Observation, ...], iterations: int,
+        enough: float = ENOUGH,
+    ) -> Fit:  # fmt: skip
         """Fit a chain on grids that stay; where what it makes by chance shows, its size is told by that, too."""
-        found = fit(chain, seen, self.plain.values, self.fixed, iterations, sizing(chain, effects, seen), valleys=False)
+        search = partial(
+            fit, observations=seen, centre=self.plain.values, fixed=self.fixed, iterations=iterations, valleys=False,
+            enough=enough,
+        )  # fmt: skip
+        found = search(chain, pull=sizing(chain, effects, seen))
         pull = sizing(found.chain, effects, seen)
-        return fit(found.chain, seen, self.plain.values, self.fixed, iterations, pull, valleys=False) if pull else found
+        return search(found.chain, pull=pull) if pull else found
 
     def _coarsened(self, chain: Chain) -> tuple[Observation, ...]:
         """Return the data on coarser grids, with what their own add to an answer of ``chain``."""
