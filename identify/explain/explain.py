@@ -21,6 +21,7 @@ from identify.explain.neighbours import resettled, settled
 from identify.explain.readings import Look, Readings, counts_another, hides_noise, loses, read, reread, suspected
 from identify.explain.select import selected
 from identify.explain.survey import surveyed
+from identify.explain.wander import by_chance, unrepeated
 from identify.explain.warrant import Warranted, warranted
 from identify.holdout import Split
 from identify.model import Model
@@ -164,13 +165,17 @@ def confirmed(
 ) -> tuple[Warranted, tuple[Effect, ...]]:
     """Drop effects that do not make held-out data fit better, where these could tell; return the rest and those.
 
-    The values of the rest are settled.
+    What effects do by chance is noise to that, and held-out data that scatter so side with them. The values of the rest
+    are settled.
     """
     hypothesis, dropped = earned.hypothesis, []
     for effect in earned.hypothesis.effects:
         without = bench.without(hypothesis, effect)
         better, worse = adapted(hypothesis.fit.chain, test), adapted(without.fit.chain, test)
-        if unconfirmed(improvement(better, worse, test), would_tell(better, worse, test)):
+        told = would_tell(better, worse, test) / sqrt(hypothesis.swell)
+        share = unrepeated(hypothesis.fit.chain, bench.observations) if effect.by_chance else 0.0
+        scatters = by_chance(better, (effect,), test, share) > 0.0
+        if not scatters and unconfirmed(improvement(better, worse, test), told):
             hypothesis = without
             dropped.append(effect)
     beyond = located(bench, hypothesis) if dropped else earned.beyond

@@ -20,6 +20,7 @@ WHOLE = 0.9  # share of what is left, from which an effect counts however little
 UNFORESEEN = 3  # fits a round of what first order does not foresee
 PROMISING = 0.2  # share of the best promise below which a candidate is not fitted
 NEARLY = 0.9  # share of the best promise that the samples' own grid, on which promises are made, may mistake
+FORETOLD = 0.7  # share of what chance would explain, from which a law that foretells it is believed first
 COMPARED = 60.0  # of twice the log of odds: what is further behind is as good as excluded
 SLACK = 30.0  # times the probability at which chance is excluded, up to which a candidate is fitted
 HOPELESS = -1000.0  # of the criterion: an effect this far behind when it was tried is not tried again
@@ -83,9 +84,17 @@ class Round:
 
 
 def ranked(base: Hypothesis, tried: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:
-    """Return hypotheses on the same base, the most probable first."""
+    """Return hypotheses on the same base, the most probable first.
+
+    What acts by chance could have made any scatter: where a law that foretells it explains nearly as much, and leaves
+    what may be noise, that law is before it.
+    """
     told = max((base.chi2 - h.chi2 for h in tried), default=0.0)
-    return tuple(sorted(tried, key=lambda h: -h.advantage(base, told)))
+    found = sorted(tried, key=lambda h: -h.advantage(base, told))
+    if found and found[0].swell > 1.0:
+        foretold = [h for h in found if h.swell == 1.0 and not h.proven and base.chi2 - h.chi2 > FORETOLD * told]
+        found.sort(key=lambda h: h not in foretold)
+    return tuple(found)
 
 
 def hopeful(screened: Sequence[Candidate], runs: int) -> list[Candidate]:

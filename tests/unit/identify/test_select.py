@@ -15,7 +15,7 @@ from identify.explain.locate import Located
 from identify.explain.neighbours import resettled
 from identify.explain.promise import Promise
 from identify.explain.rivals import odds
-from identify.explain.round import Round, lagging, outdone, unforeseen
+from identify.explain.round import Round, lagging, outdone, ranked, unforeseen
 from identify.explain.select import selected
 from identify.fit import chi_squared
 from identify.holdout import split
@@ -191,6 +191,17 @@ def test_a_large_law_of_the_source_is_fitted_though_first_order_prefers_others()
     few = set(known_effects()) - {"source_nonlinearity", "capacitor_nonlinearity", "self_heating"}
     there, plain = prepared(model, split(model, train, test), list(few))
     assert there.round(plain).tried[0].names == ("source_nonlinearity",)
+
+
+def test_a_law_that_foretells_a_scatter_is_before_chance_that_could_have_made_it(bench):
+    base = replace(bench.fitted(bench.plain, ()), chi2=1.2e5, count=100_000)
+    chance = replace(base, effects=(BYPASS,), chi2=1.001e5, swell=60.0)
+    whole, part = (replace(base, effects=(effect,), chi2=chi2) for effect, chi2 in ((RAIL, 1.015e5), (DIODE, 1.05e5)))
+    assert ranked(base, [part, whole, chance]) == (whole, chance, part)
+    assert ranked(base, [part, chance]) == (chance, part)
+    weak = replace(whole, chi2=1.01e5)
+    little = replace(base, chi2=1.015e5)  # all of it may be noise: half of it is not foretold
+    assert ranked(little, [weak, chance]) == (chance, weak)
 
 
 def test_a_lag_is_fitted_where_first_order_promises_nothing(monkeypatch):
