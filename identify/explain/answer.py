@@ -35,7 +35,7 @@ from identify.explain.round import Round
 from identify.explain.shape import shape_of
 from identify.explain.survey import StageShare
 from identify.explain.unvisited import stage_beyond, told_beyond, unvisited
-from identify.explain.wander import by_chance, unrepeated
+from identify.explain.wander import by_chance_elsewhere
 from identify.explain.warrant import Warranted
 from identify.explain.where import acting, profile
 from identify.fit import Fit
@@ -84,8 +84,7 @@ class Answer:
 
     def _by_chance(self, chain: Chain) -> float:
         """Return what the named effects add by chance to the variance left on held-out data, over that of the noise."""
-        share = unrepeated(self.better.fit.chain, self.bench.observations)
-        made = by_chance(chain, self.better.effects, self.data.test, share)
+        made = by_chance_elsewhere(chain, self.better.effects, self.bench.observations, self.data.test)
         return made / sum(o.count for o in self.data.test)
 
     def _unvisited(self) -> Range | None:

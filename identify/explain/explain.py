@@ -21,7 +21,7 @@ from identify.explain.neighbours import resettled, settled
 from identify.explain.readings import Look, Readings, counts_another, hides_noise, loses, read, reread, suspected
 from identify.explain.select import selected
 from identify.explain.survey import surveyed
-from identify.explain.wander import by_chance, unrepeated
+from identify.explain.wander import by_chance_elsewhere
 from identify.explain.warrant import Warranted, warranted
 from identify.holdout import Split
 from identify.model import Model
@@ -173,8 +173,7 @@ def confirmed(
         without = bench.without(hypothesis, effect)
         better, worse = adapted(hypothesis.fit.chain, test), adapted(without.fit.chain, test)
         told = would_tell(better, worse, test) / sqrt(hypothesis.swell)
-        share = unrepeated(hypothesis.fit.chain, bench.observations) if effect.by_chance else 0.0
-        scatters = by_chance(better, (effect,), test, share) > 0.0
+        scatters = by_chance_elsewhere(better, (effect,), bench.observations, test) > 0.0
         if not scatters and unconfirmed(improvement(better, worse, test), told):
             hypothesis = without
             dropped.append(effect)

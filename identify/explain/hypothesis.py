@@ -84,7 +84,7 @@ class Hypothesis:
     @property
     def proven(self) -> float:
         """Return by how much chi-squared is above what noise may make, whose variance is known to ``noise_known``."""
-        return max(self.chi2 - (1.0 + 2.0 * self.noise_known) * self.count, 0.0)
+        return proven(self.chi2, self.count, self.noise_known)
 
     def gains_enough(self, other: "Hypothesis", share: float = WORTH) -> bool:
         """Return whether chi-squared falls by more than what a wrong effect takes of a misfit that is not its own.
@@ -96,6 +96,11 @@ class Hypothesis:
     def share(self, other: "Hypothesis") -> float:
         """Return which share of what ``other`` leaves beyond the noise this hypothesis explains."""
         return (other.chi2 - self.chi2) / max(other.chi2 - other.count, other.noise_known * other.count)
+
+
+def proven(chi2: float, count: int, noise_known: float) -> float:
+    """Return by how much chi-squared of so many readings is above what noise may make, 0 where it is not."""
+    return max(chi2 - (1.0 + 2.0 * noise_known) * count, 0.0)
 
 
 def is_angle(parameter: Parameter) -> bool:

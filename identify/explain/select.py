@@ -66,7 +66,9 @@ def _belongs(bench: Bench, start: Hypothesis, this: Round, part: float) -> bool:
         return False
     if best.share(this.base) > WHOLE:
         return True
-    if best.swell > 1.0 or not best.gains_enough(this.base, part):
-        return best.gains_enough(this.base, part)
+    if not best.gains_enough(this.base, part):
+        return False
+    if best.swell > 1.0:
+        return True
     found = max((s.gain - s.squares.size for s in suspects(bench.evidence(this.base))), default=0.0)
     return this.base.chi2 - best.chi2 > part * found

@@ -16,7 +16,7 @@ from identify.effects.effect import Effect
 from identify.evidence import Evidence
 from identify.explain.chance import MORE, as_large, scatter_in, scatters_all
 from identify.explain.corrections import free_name
-from identify.explain.hypothesis import Hypothesis
+from identify.explain.hypothesis import Hypothesis, proven
 from identify.fit import Pull, chi_squared
 from identify.observe import Observation
 from identify.stage import Place
@@ -92,6 +92,14 @@ def _apart(values: Array, stretches: NDArray[np.int64], use: Mask) -> Array:
     return np.array([change, float(np.sum(np.square(values), where=use)) - change])
 
 
+def by_chance_elsewhere(
+    chain: Chain, effects: Sequence[Effect], train: Sequence[Observation], held_out: Sequence[Observation]
+) -> float:
+    """Return as ``by_chance`` does of held-out runs, with the share that differs between repeats of those fitted."""
+    chance = [effect for effect in effects if effect.by_chance]
+    return by_chance(chain, chance, held_out, unrepeated(chain, train)) if chance else 0.0
+
+
 def without_chance(
     chain: Chain, effects: Sequence[Effect], observations: Sequence[Observation], noise_known: float
 ) -> tuple[float, float]:
@@ -100,7 +108,7 @@ def without_chance(
     Nothing is their making where all that is left may be noise, whose variance is known to ``noise_known``.
     """
     chi2, noise = sum(chi_squared(chain, o) for o in observations), sum(o.count for o in observations)
-    if not any(effect.by_chance for effect in effects) or chi2 < (1.0 + 2.0 * noise_known) * noise:
+    if not any(effect.by_chance for effect in effects) or not proven(chi2, noise, noise_known):
         return chi2, 1.0
     made = by_chance(chain, effects, observations, unrepeated(chain, observations))
     return max(chi2 - made, min(chi2, noise)), inflation(chain, observations) ** 2

@@ -3,7 +3,7 @@
 import signal
 import time
 import traceback
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from types import FrameType
@@ -46,10 +46,15 @@ def exact_twins() -> dict[str, tuple[str, ...]]:
     return {name: tuple(c.id for c in kind.confused_with if c.exact) for name, kind in catalogue().items()}
 
 
+def parted(runs: Sequence[Run]) -> tuple[list[Trace], list[Trace]]:
+    """Return the recordings to be fitted and those to be held out."""
+    train, test = ([trace_of(run) for run in runs if run.held_out is held] for held in (False, True))
+    return train, test
+
+
 def asked(trial: Playable) -> Reply:
     """Record a trial, give the recordings and the rig file to the explainer, and return its reply."""
-    runs = record(trial)
-    train, test = ([trace_of(run) for run in runs if run.held_out is held] for held in (False, True))
+    train, test = parted(record(trial))
     model = model_of(trial.nominal)
     once_s = min(_simulated(model, train) for _ in range(3))
     steps: list[tuple[str, float]] = []

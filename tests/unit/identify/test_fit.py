@@ -46,6 +46,18 @@ def found(rc):
     return fit(plain_chain(model_of(toleranced(RC, 5, 0.2))), observations(rc))
 
 
+def test_a_search_ends_where_three_steps_gain_less_than_is_asked_for(rc, monkeypatch):
+    chain, seen = plain_chain(model_of(toleranced(RC, 5, 0.6))), observations(rc)
+    slopes, normal = [], _Problem.normal
+    monkeypatch.setattr(_Problem, "normal", lambda problem, theta: slopes.append(theta) or normal(problem, theta))
+    whole, looks = fit(chain, seen), len(slopes)
+    slopes.clear()
+    short = fit(chain, seen, enough=1e12)
+    assert looks > len(slopes) == 4  # where it began, and after each of three steps
+    assert short.converged
+    assert short.cost > whole.cost
+
+
 @pytest.mark.parametrize("rig", [OP_AMP, SKEWED, RC], ids=lambda rig: rig.name)
 def test_parts_off_by_a_fifth_are_found_again(rig):
     seen = observations([recorded(rig, stimulus) for stimulus in (STAIRS, SINE)])

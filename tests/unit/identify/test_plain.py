@@ -2,7 +2,7 @@
 
 from identify.explain.explain import prepared
 from identify.holdout import split
-from tests.proof.ask import known_effects, trace_of
+from tests.proof.ask import known_effects, parted
 from tests.proof.bench import record
 from tests.proof.trial import Key, drawn
 from tests.trials import model_of
@@ -11,8 +11,7 @@ from tests.trials import model_of
 def test_lags_that_stand_in_for_f_do_not_rest_on_the_wrong_side_of_each_other():
     """From all values at once G1 takes 8 % too little and G2 42 % too much, and no step leads back."""
     trial = drawn(Key(40, "single", "source_nonlinearity", 1, (12.0, 40.0)), known_effects())
-    runs = record(trial)
-    train, test = ([trace_of(run) for run in runs if run.held_out is kept] for kept in (False, True))
+    train, test = parted(record(trial))
     model = model_of(trial.nominal)
     _, plain = prepared(model, split(model, train, test), list(known_effects()))
     assert plain.misfit < 0.02

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from identify.candidates import Candidate
@@ -11,17 +12,17 @@ from identify.explain.bench import DECISIVE, Bench
 from identify.explain.exchange import exchanged
 from identify.explain.explain import prepared
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.locate import Located
+from identify.explain.locate import Located, Suspect
 from identify.explain.neighbours import resettled
 from identify.explain.promise import Promise
 from identify.explain.rivals import odds
 from identify.explain.round import Round, lagging, outdone, ranked, unforeseen
-from identify.explain.select import selected
+from identify.explain.select import _belongs, selected
 from identify.fit import chi_squared
 from identify.holdout import split
 from identify.phases import angles_of, scanned
 from identify.stage import Place
-from tests.proof.ask import known_effects, trace_of
+from tests.proof.ask import known_effects, parted
 from tests.proof.bench import record
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP, RC
@@ -185,12 +186,31 @@ def test_what_first_order_does_not_foresee_is_fitted_where_its_start_gains_much(
 def test_a_large_law_of_the_source_is_fitted_though_first_order_prefers_others():
     """The plain values have moved to stand in for it: to first order a capacitor in G1 promises six times as much."""
     trial = drawn(Key(22, "single", "source_nonlinearity", 0), known_effects())
-    runs = record(trial)
-    train, test = ([trace_of(run) for run in runs if run.held_out is kept] for kept in (False, True))
+    train, test = parted(record(trial))
     model = model_of(trial.nominal)
     few = set(known_effects()) - {"source_nonlinearity", "capacitor_nonlinearity", "self_heating"}
     there, plain = prepared(model, split(model, train, test), list(few))
     assert there.round(plain).tried[0].names == ("source_nonlinearity",)
+
+
+@pytest.mark.parametrize(("part", "found", "belongs"), [
+    (0.2, 0.0, True), (0.4, 0.0, False), (0.2, 2e4, True), (0.2, 4e4, False),
+])  # fmt: skip
+def test_a_further_law_explains_its_part_of_what_is_proven_and_of_what_corrections_find(
+    bench, monkeypatch, part, found, belongs
+):
+    squares = np.array([found + 1.0])
+    monkeypatch.setattr("identify.explain.select.suspects", lambda evidence: [Suspect(None, squares, squares, {})])
+    start = replace(bench.fitted(bench.plain, ()), count=100_000, noise_known=0.0, chi2=3e5)
+    base = replace(start, effects=(BYPASS,), chi2=1.2e5)
+    law = replace(base, effects=(BYPASS, RAIL), chi2=1.14e5)  # 30 % of what is left
+    assert _belongs(bench, start, Round(base, (), (law,)), part) is belongs
+
+
+def test_what_promises_less_than_its_part_is_not_fitted(bench):
+    base = fitted(bench, RAIL)
+    assert bench.round(base).tried
+    assert not bench.round(base, 1e3).tried
 
 
 def test_a_law_that_foretells_a_scatter_is_before_chance_that_could_have_made_it(bench):

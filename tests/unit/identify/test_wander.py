@@ -1,5 +1,6 @@
 """Is what noise in front of the gap leaves by chance told from physics that comes back with what is played?"""
 
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -9,11 +10,12 @@ from identify.effects import catalogue, chain_of
 from identify.evidence import Evidence
 from identify.explain.bench import Bench
 from identify.explain.chance import as_large, scatter_of
-from identify.explain.explain import explain
+from identify.explain.explain import confirmed, explain
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.locate import located
+from identify.explain.locate import Located, located
 from identify.explain.neighbours import settled, spanning
-from identify.explain.wander import NEARLY, all_wanders, by_chance, sizing, unrepeated
+from identify.explain.wander import NEARLY, all_wanders, by_chance, sizing, unrepeated, without_chance
+from identify.explain.warrant import Warranted
 from identify.fit import chi_squared, fit
 from identify.stage import Place
 from identify.trace import Step
@@ -22,6 +24,7 @@ from tests.proof.rigs import OP_AMP
 from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
 from tests.trials import model_of, observed, recorded
 
+WAY = sys.modules[explain.__module__]  # the package has the function under its name
 NOISE_V, SD_V, BANDWIDTH_HZ = 0.01, 0.03, 30.0
 WAVE = sine("wave", 10.0, 3.0, 5, 2)
 NOISY = catalogue()["process_noise"](Place.G1, "white")
@@ -86,6 +89,26 @@ def test_what_a_law_makes_by_chance_is_not_held_against_it_and_doubts_what_it_li
     assert by_chance(small, (NOISY,), noisy.observations) == 0.0  # a law that makes a small part of it is not the one
     assert not located(noisy, found).significant
     assert located(noisy, plain).significant
+    chi2 = sum(chi_squared(found.fit.chain, o) for o in noisy.observations)
+    assert without_chance(found.fit.chain, (NOISY,), noisy.observations, 1e-3)[0] < 0.9 * chi2
+    doubt = 0.51 * (chi2 / found.count - 1.0)  # of the noise's variance: all that is left may be noise
+    assert without_chance(found.fit.chain, (NOISY,), noisy.observations, doubt) == (chi2, 1.0)
+
+
+def dropped(noisy, hypothesis, physics):
+    """Return what held-out data drop that speak against a hypothesis by five standard errors."""
+    return confirmed(noisy, Warranted(hypothesis, Located(hypothesis, (), 1.0)), (seen(physics),))[1]
+
+
+def test_held_out_data_confirm_chance_where_they_scatter_so_or_cannot_tell_its_mean(noisy, monkeypatch):
+    monkeypatch.setattr(WAY, "improvement", lambda better, worse, test: -5.0)
+    monkeypatch.setattr(WAY, "would_tell", lambda better, worse, test: 10.0)
+    monkeypatch.setattr(WAY, "settled", lambda bench, hypothesis: (hypothesis, ()))
+    found = replace(beside(noisy, NOISY, {"sd": SD_V, "bandwidth": BANDWIDTH_HZ}), swell=1.0)
+    assert dropped(noisy, found, (PRESENT,)) == ()
+    monkeypatch.setattr(WAY, "by_chance_elsewhere", lambda *given: 0.0)
+    assert dropped(noisy, found, (PRESENT,)) == (NOISY,)
+    assert dropped(noisy, replace(found, swell=1e3), (PRESENT,)) == ()
 
 
 def test_no_more_is_chance_than_differs_from_repeat_to_repeat():
@@ -160,7 +183,7 @@ def test_what_is_left_beside_noise_in_front_of_the_gap_is_told_as_its_chance(mon
     assert answer.remaining.stage is None
     assert "chance" in answer.remaining.sentence
     assert found.probability == 0.5  # a part of what is left comes back in every repeat
-    monkeypatch.setattr("identify.explain.answer.by_chance", lambda chain, effects, test, share: 1e12)
+    monkeypatch.setattr("identify.explain.answer.by_chance_elsewhere", lambda chain, effects, train, test: 1e12)
     (sure,) = explain(model_of(OP_AMP), runs).effects
     assert sure.probability > 0.9
 

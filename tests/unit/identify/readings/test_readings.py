@@ -16,7 +16,14 @@ from identify.holdout import settling_s, split
 from identify.interval import Interval
 from identify.readings import blemishes
 from identify.readings.blemish import Blemish
-from identify.readings.coloured_noise import Coloured, ColouredNoise, against_repeats, coloured_noise, in_repeats
+from identify.readings.coloured_noise import (
+    Coloured,
+    ColouredNoise,
+    against_repeats,
+    coloured_noise,
+    in_repeats,
+    told_by,
+)
 from identify.readings.grid import COARSE, adc_steps
 from identify.readings.mend import mended
 from identify.readings.missing_samples import MissingSamples, loss_in, with_gap
@@ -278,6 +285,15 @@ def test_coloured_noise_is_measured_and_made_white(sd_v, slope):
 def test_what_is_no_power_law_is_no_coloured_noise(physics):
     traces = [recording(*physics, stimulus=LONG, seed=seed, start_s=9.0 * seed) for seed in (1, 2)]
     assert coloured_noise(traces, [], settling_s(model_of(OP_AMP))) is None
+
+
+def test_what_some_recordings_have_and_others_have_not_is_no_coloured_noise():
+    settle_s, noise = settling_s(model_of(OP_AMP)), Concealed("coloured_noise", {"sd": 0.004, "slope": 1.0})
+    every = [recording(noise, stimulus=LONG, seed=seed, start_s=9.0 * seed) for seed in (1, 2, 3)]
+    some = [*every[:2], recording(stimulus=LONG, seed=3, start_s=27.0)]
+    assert coloured_noise(every, [], settle_s) is not None
+    assert told_by(spectra(some, settle_s), (), lambda noise: 0.0) is not None  # as one law it looks like such noise
+    assert coloured_noise(some, [], settle_s) is None
 
 
 def test_what_comes_in_bursts_is_no_coloured_noise_though_its_spectrum_looks_so():
