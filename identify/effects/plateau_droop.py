@@ -37,7 +37,7 @@ class PlateauDroop(InsidePlay):
     equation = "on plateaus dw/dt = current - rate w; across: dw/dt = rate (target S v - w)"
     sentence = (
         "The level F holds on a plateau runs by itself: {}. A leak pulls to zero, a bias current to one side, a leak "
-        "across the blocked diodes towards the middle of the gap."
+        "across the blocked diodes to where v alone would have it, or to target times that."
     )
     axis = "time on a plateau"
     fingerprint = "slope against time, on plateaus only"
