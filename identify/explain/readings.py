@@ -96,8 +96,8 @@ def read(
     found = undone(close)
     if close.found:
         return undone(recorded) if found.plain.misfit > WORTH * before.misfit else found
-    if not _lost(rough.found):
-        return found
+    if not _lost(rough.found) or _coloured(found.found):
+        return found  # noise that hangs together looks like a loss to a rough look
     mended_roughly = undone(rough)
     left = mended_roughly.plain.misfit
     if look.held or left < 2.0 * bench.noise_known:
@@ -160,7 +160,7 @@ def suspected(readings: Readings, leave_out: Sequence[str]) -> float:
     Zero where the repeats rule that out, or where they told of it already. What they cannot tell is for physics to
     explain better: noise has no answer to the stimulus.
     """
-    if ColouredNoise.id in (*leave_out, *(b.id for b in readings.found)):
+    if ColouredNoise.id in leave_out or _coloured(readings.found):
         return 0.0
     noise = noise_left(*_less(readings.plain.fit.chain, _as_recorded(readings), readings.data.noise.rms_v))
     if noise is None or against_repeats(noise, spectra(readings.traces, readings.settle_s)):
@@ -173,7 +173,7 @@ def hides_noise(readings: Readings, bench: Bench, hypothesis: Hypothesis, leave_
     if ColouredNoise.id in leave_out:
         return False
     noise = noise_left(*_less(hypothesis.fit.chain, _as_recorded(readings), readings.data.noise.rms_v))
-    if noise is None or any(b.id == ColouredNoise.id and noise.blemish.weighs_as(b) for b in readings.found):
+    if noise is None or any(noise.blemish.weighs_as(b) for b in _coloured(readings.found)):
         return False
     if in_repeats(noise, spectra(readings.traces, readings.settle_s)):
         return True
@@ -189,12 +189,12 @@ def reread(
     Where all is ``settled``, nothing left beyond the noise, a rough look is enough for a loss of readings.
     """
     own = {blemish for effect in explained for blemish in effect.brings}
-    noise = tuple(b for b in readings.found if b.id == ColouredNoise.id and b.id not in own)
+    noise = tuple(b for b in _coloured(readings.found) if b.id not in own)
     if noise and not (_noisy(readings, chain) and _accounts(readings, chain, noise[0])):
         noise = ()  # it was physics that does not come back with the stimulus, explained by now or not
     recorded = (chain, readings.traces, readings.hold_out, readings.data.noise.rms_v, leave_out)
     found = mended(*recorded).found
-    if settled and _lost(readings.found) and not _lost(found):
+    if settled and _lost(readings.found) and not _lost(found) and not noise:
         found = (*found, *_lost(mended(*recorded, rough=True).found))
     found = (*(b for b in readings.found if b.id == RangeEnd.id), *found, *noise)
     if "adc_quantisation" not in (*(effect.id for effect in explained), *leave_out):
@@ -217,6 +217,11 @@ def counts_another(before: Readings, after: Readings) -> bool:
 def _lost(found: Sequence[Blemish]) -> tuple[Blemish, ...]:
     """Return the losses of readings among blemishes."""
     return tuple(blemish for blemish in found if blemish.id == MissingSamples.id)
+
+
+def _coloured(found: Sequence[Blemish]) -> tuple[Blemish, ...]:
+    """Return the coloured noise among blemishes."""
+    return tuple(blemish for blemish in found if blemish.id == ColouredNoise.id)
 
 
 def _noisy(readings: Readings, chain: Chain) -> bool:

@@ -14,7 +14,7 @@ from identify.chain import Chain, signals
 from identify.colour import whitening
 from identify.effects.effect import Effect
 from identify.evidence import Evidence
-from identify.explain.chance import MORE, as_large, scatter_in, scatters_all
+from identify.explain.chance import MORE, as_large, scatter_in, scatter_of, scatters_all
 from identify.explain.corrections import free_name
 from identify.explain.hypothesis import Hypothesis, proven
 from identify.fit import Pull, chi_squared
@@ -30,6 +30,8 @@ MOSTLY = 0.5  # share of a misfit that must not come back
 NEARLY = 0.75  # share of a misfit that chance must make, run by run, to be all that is left
 STILL = 1e-3  # of the largest rate of w, below which it rests
 SURE = 0.2  # of the log of a size that scatter tells: courses of chance differ
+QUIET = 0.25  # of what chance must make, below which a run is too quiet for it: courses of chance differ
+HANGS = 3.0  # standard deviations from which readings that follow each other hang together
 CALM = 0.25  # of the misfit while F moves, below which what is left at rest is not the same thing
 
 
@@ -95,9 +97,14 @@ def _apart(values: Array, stretches: NDArray[np.int64], use: Mask) -> Array:
 def by_chance_elsewhere(
     chain: Chain, effects: Sequence[Effect], train: Sequence[Observation], held_out: Sequence[Observation]
 ) -> float:
-    """Return as ``by_chance`` does of held-out runs, with the share that differs between repeats of those fitted."""
+    """Return as ``by_chance`` does of held-out runs, with the share that differs between repeats of those fitted.
+
+    Nothing in runs that are quieter than it would have them: these speak against it.
+    """
     chance = [effect for effect in effects if effect.by_chance]
-    return by_chance(chain, chance, held_out, unrepeated(chain, train)) if chance else 0.0
+    if not chance or _beyond(chain, held_out) < QUIET * scatter_of(chain, chance, held_out):
+        return 0.0
+    return by_chance(chain, chance, held_out, unrepeated(chain, train))
 
 
 def without_chance(
@@ -105,13 +112,32 @@ def without_chance(
 ) -> tuple[float, float]:
     """Return chi-squared less what effects make by chance, and by how much that swells the noise of sums.
 
-    Nothing is their making where all that is left may be noise, whose variance is known to ``noise_known``.
+    Nothing is their making where all that is left may be noise, whose variance is known to ``noise_known``, and no more
+    than hangs together: what comes through G2 does, a noise that is larger than it was taken for does not.
     """
     chi2, noise = sum(chi_squared(chain, o) for o in observations), sum(o.count for o in observations)
     if not any(effect.by_chance for effect in effects) or not proven(chi2, noise, noise_known):
         return chi2, 1.0
-    made = by_chance(chain, effects, observations, unrepeated(chain, observations))
+    together = MORE * _hanging(chain, observations)
+    if not together:
+        return chi2, 1.0
+    made = min(by_chance(chain, effects, observations, unrepeated(chain, observations)), together)
     return max(chi2 - made, min(chi2, noise)), inflation(chain, observations) ** 2
+
+
+def _hanging(chain: Chain, observations: Sequence[Observation]) -> float:
+    """Return how much of chi-squared readings have in common with the next ones, 0 where chance may make it."""
+    common, count = 0.0, 0
+    for o in observations:
+        left, both = _white(o, o.residual(chain)), o.use[:-1] & o.use[1:]
+        common += float(np.sum(left[:-1] * left[1:], where=both))
+        count += int(np.count_nonzero(both))
+    return common if common > HANGS * sqrt(count) else 0.0
+
+
+def _beyond(chain: Chain, observations: Sequence[Observation]) -> float:
+    """Return chi-squared beyond the noise."""
+    return sum(chi_squared(chain, o) - o.count for o in observations)
 
 
 def sizing(chain: Chain, effects: Sequence[Effect], observations: Sequence[Observation]) -> Pull | None:
@@ -123,8 +149,7 @@ def sizing(chain: Chain, effects: Sequence[Effect], observations: Sequence[Obser
     swell = inflation(chain, observations) ** 2 if effect else 1.0
     if effect is None or swell == 1.0:
         return None
-    beyond = sum(chi_squared(chain, o) - o.count for o in observations)
-    changed, size = unrepeated(chain, observations) * beyond, effect.parameters()[0].name
+    changed, size = unrepeated(chain, observations) * _beyond(chain, observations), effect.parameters()[0].name
     if changed <= 0.0 or chain.values[size] <= 0.0:
         return None
     target = as_large(chain, effect, observations, changed).values[size]
@@ -139,7 +164,7 @@ def all_wanders(hypothesis: Hypothesis, observations: tuple[Observation, ...]) -
     chain = hypothesis.fit.chain
     if not any(scatters_all(chain, effect, observations) for effect in hypothesis.effects):
         return False
-    left = sum(chi_squared(chain, o) - o.count for o in observations)
+    left = _beyond(chain, observations)
     changed, beyond = _misfit_of_repeats(chain, observations)
     return changed >= MOSTLY * beyond and by_chance(chain, hypothesis.effects, observations) >= NEARLY * left
 

@@ -47,18 +47,19 @@ class Reach:
 class Sensed:
     """A plain rig with its training runs: what it answers, and what its own values can change in that.
 
-    ``beside`` is noise that is concealed in it, too.
+    ``beside`` is noise that is concealed in it, too. ``steps`` are the sub-steps of a sample.
     """
 
     case: Playable
     beside: tuple[Concealed, ...] = ()
+    steps: int = COARSE
 
     @cached_property
     def runs(self) -> tuple[tuple[Array, Grid, Array], ...]:
         """Return u, the grid and the noise of every training run."""
         numbered = [(i, s, at) for i, (s, at, held_out) in enumerate(schedule(self.case)) if not held_out]
         return tuple(
-            (s.u, Grid(s.rate_hz, s.u.size, COARSE, at), noise_of(self.case, i, s.u.size)) for i, s, at in numbered
+            (s.u, Grid(s.rate_hz, s.u.size, self.steps, at), noise_of(self.case, i, s.u.size)) for i, s, at in numbered
         )
 
     def answers(self, rig: Rig, physics: tuple[Concealed, ...] = (), seed: int = 0, noisy: bool = False) -> Array:
@@ -75,6 +76,8 @@ class Sensed:
     @cached_property
     def slopes(self) -> Array:
         """Return an orthonormal basis of what the plain model's values can do, shape (N, values)."""
+        if self.steps != COARSE:
+            return replace(self, steps=COARSE).slopes
         clean = self.answers(self.case.rig)
         columns = [(self.answers(moved) - clean) / DIFFERENCE for moved in neighbours(self.case.rig)]
         return np.linalg.qr(np.stack([self._weighed(column) for column in columns], axis=1))[0]

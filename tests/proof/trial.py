@@ -13,6 +13,7 @@ from zlib import crc32
 
 import numpy as np
 
+from tests.proof.bench import SUBSTEPS
 from tests.proof.cases import Concealed, Finding
 from tests.proof.detect import Sensed, strength
 from tests.proof.kinds import LIBRARY, UNHEARD, Kind
@@ -27,6 +28,7 @@ Z = {"single": (10.0, 3000.0), "pair": (30.0, 1500.0), "outside": (30.0, 3000.0)
 OFF = 0.05  # of every value of the rig file
 ALIKE = ({"source_pole", "extra_pole"},)  # the same data, wherever the other is
 SEEN = {"spikes", "missing_samples"}  # one of them is already more than noise hides
+MISTAKEN = 0.3  # of a z, on a log scale, that it is looked for again on the grid of the recordings
 LOTS = 50  # draws of what has no size, of which one must show
 ALONE = {"backlash", "unequal_slopes"}  # they change what the plain model is
 
@@ -153,6 +155,11 @@ def _piece(sensed: Sensed, kind: Kind, rng: Rng, bounds: tuple[float, float]) ->
     z = sensed.z_of_mean if kind.chance else sensed.z_of_spectrum if kind.spectral else sensed.z
     wanted = between(rng, *bounds)
     found, reached = strength(lambda s: z(Concealed(kind.law, values(s))), wanted)
+    if not kind.chance and not kind.spectral:
+        finely = replace(sensed, steps=SUBSTEPS)
+        seen = finely.z(Concealed(kind.law, values(found)))
+        if abs(np.log(seen / reached)) > MISTAKEN:  # the coarse grid does not see how fast the law is
+            found, reached = strength(lambda s: finely.z(Concealed(kind.law, values(s))), wanted)
     return Concealed(kind.law, values(found)), reached
 
 

@@ -10,7 +10,7 @@ import pytest
 from identify.effects import catalogue
 from identify.effects.effect import short
 from identify.readings import blemishes
-from tests.proof.bench import LAWS, answer, record
+from tests.proof.bench import LAWS, SUBSTEPS, answer, record
 from tests.proof.cases import Concealed
 from tests.proof.detect import Sensed, strength
 from tests.proof.integrator import Grid, linear_block
@@ -141,6 +141,14 @@ def test_a_trial_has_the_z_that_was_drawn_for_it_and_is_the_same_every_time():
     assert trial.expected[0].parameters == trial.physics[0].values
     assert (again.rig, again.physics, again.z, again.seed) == (trial.rig, trial.physics, trial.z, trial.seed)
     assert np.array_equal(again.training[0].u, trial.training[0].u)
+
+
+def test_a_law_too_fast_for_a_coarse_grid_has_its_z_on_that_of_the_recordings():
+    """On two steps a sample this one seemed to show with z 27 where its poles are far above the rate."""
+    trial = drawn(Key(25, "single", "resonance", 0))
+    there = Sensed(trial, steps=SUBSTEPS).z(trial.physics[0])
+    assert there == pytest.approx(trial.z[0], rel=0.01)
+    assert trial.physics[0].values["w_n"] < 3e5
 
 
 def test_physics_outside_the_library_has_a_stage_and_no_name():
