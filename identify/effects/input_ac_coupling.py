@@ -45,6 +45,11 @@ class InputAcCoupling(Effect):
     )
     example: ClassVar = {"T": 3.0}
 
+    @property
+    def shows_at(self) -> Place:
+        """Return G1: it runs behind it."""
+        return Place.G1
+
     def put_in(self, chain: Chain, values: Mapping[str, float]) -> Chain:
         """Return ``chain`` with this high-pass right behind G1."""
         return chain.with_stage_behind("G1", replace(self, place=Place.G1), self.named(values)).crediting(self)

@@ -49,6 +49,11 @@ class SourcePole(Effect):
     )
     example: ClassVar = {"tau": 0.9e-3}
 
+    @property
+    def shows_at(self) -> Place:
+        """Return G1: it runs behind it."""
+        return Place.G1
+
     def put_in(self, chain: Chain, values: Mapping[str, float]) -> Chain:
         """Return ``chain`` with this lag right behind G1."""
         return chain.with_stage_behind("G1", replace(self, place=Place.G1), self.named(values)).crediting(self)

@@ -4,7 +4,7 @@ A round screens every effect by what it would leave to first order, and fits the
 plain parameters.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from math import isfinite, log
@@ -17,7 +17,7 @@ from identify.chain import Chain
 from identify.effects.effect import Effect
 from identify.evidence import Evidence
 from identify.explain.chance import as_large, scatters_more
-from identify.explain.hypothesis import NOISE_KNOWN, WORTH, Hypothesis
+from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
 from identify.explain.promise import Promise, promised, together
 from identify.explain.round import (
     COMPARED,
@@ -43,7 +43,6 @@ DECISIVE = 1.0  # of chi-squared: what a candidate may still gain below this cha
 STEADY = 10.0  # times what a lap gained that the laps to come may gain
 NEAR, FAR = 200.0, 0.3  # of chi-squared, and share of the best fall: a fit further behind the best is not continued
 DOUBLED = 3  # candidates of a round that are fitted again from twice their strength
-STEPPED = 5  # rivals that are fitted again on a finer grid
 ITERATIONS = 40
 ENOUGH = 0.3  # of chi-squared: steps that gain less together change no odds
 COARSER = 4  # instants of a grid to one of that on which a fit is searched
@@ -134,13 +133,16 @@ class Bench:
         """Return the bench with grids fine enough for a hypothesis; any are where its chance swells the noise."""
         return self.refined(hypothesis.fit.chain) if hypothesis.swell == 1.0 else self
 
-    def round(self, base: Hypothesis, part: float = 0.0) -> "Round":
-        """Screen all effects on the residual of ``base`` and fit those that promise most, ``part`` of it at least."""
+    def round(self, base: Hypothesis, least: float = 0.0) -> "Round":
+        """Screen all effects on the residual of ``base`` and fit those that promise most, ``least`` in chi-squared.
+
+        Of what acts by chance that is not asked: first order foresees the mean of it alone.
+        """
         evidence = self.evidence(base)
         screened = candidates(evidence, self.kinds)
         runs = len(self.observations)
         hopes = [promised(evidence, c) for c in hopeful(screened, runs)]
-        hopes = [p for p in hopes if p.gain + p.slack > part * base.proven]
+        hopes = [p for p in hopes if p.gain + p.slack > least or p.candidate.effect.by_chance]
         worth = promising(hopes, len(screened), runs)
         tried = self.raced(base, worth)
         late = outdone(hopes, worth, base.chi2 - min((h.chi2 for h in tried), default=base.chi2)) if tried else []
@@ -227,34 +229,6 @@ class Bench:
         """Fit a hypothesis a few iterations further from where it is."""
         return self.fitted(hypothesis.fit.chain, hypothesis.effects, SPRINT)
 
-    def decided(self, this: "Round") -> tuple["Bench", "Round"]:
-        """Compare what came close again, on grids fine enough for all of it; return the bench on these grids, too.
-
-        Where nothing comes near to explaining enough for a name, nothing has to be compared.
-        """
-        finer = self
-        close = this.close[:STEPPED]
-        if not any(rival.gains_enough(this.base, 0.5 * WORTH) for rival in close):
-            return self, this
-        for rival in close:
-            finer = finer.fine_enough(rival)
-        if finer is self:
-            return self, this
-        tried = [finer.fitted(rival.fit.chain, rival.effects, SPRINT) for rival in close]
-        reach = min(h.chi2 for h in tried) + NEAR
-        tried = [h if h.fit.converged or h.chi2 > reach else finer.fitted(h.fit.chain, h.effects) for h in tried]
-        base = finer.fitted(this.base.fit.chain, this.base.effects)
-        late = finer.overtaking(this, min((h.chi2 for h in tried), default=base.chi2), base)
-        behind = [h for h in this.tried if not any(h is rival for rival in close)]
-        return finer, replace(this, base=base, tried=(*ranked(base, [*tried, *late]), *behind))
-
-    def overtaking(self, this: "Round", best: float, base: Hypothesis) -> list[Hypothesis]:
-        """Fit what was passed over on the samples' grid and on this one comes near ``best`` before it is fitted."""
-        with np.errstate(over="ignore", invalid="ignore"):
-            left = [(p, sum(chi_squared(p.chain, o) for o in self.observations)) for p in this.passed_over]
-        near = [p for p, chi2 in left if chi2 - p.slack < best + COMPARED]
-        return [h for h in self.raced(base, near) if self.possible(h)]
-
     def extended(self, base: Hypothesis, promise: Promise) -> Hypothesis:
         """Fit ``base`` with one more effect for a few iterations, and its angles until they stay."""
         effect = promise.candidate.effect
@@ -294,6 +268,10 @@ class Bench:
     def without(self, hypothesis: Hypothesis, effect: Effect) -> Hypothesis:
         """Fit ``hypothesis`` less one effect; what was fitted before on these data is remembered."""
         rest = tuple(e for e in hypothesis.effects if e is not effect)
-        if rest not in self.known:
-            self.known[rest] = self.fitted(self.with_effects(rest, hypothesis.fit.chain.values), rest)
-        return self.known[rest]
+        return self.once(rest, lambda: self.fitted(self.with_effects(rest, hypothesis.fit.chain.values), rest))
+
+    def once(self, effects: tuple[Effect, ...], fitted: Callable[[], Hypothesis]) -> Hypothesis:
+        """Return what was ``fitted`` with these effects before on these data, or fit it."""
+        if effects not in self.known:
+            self.known[effects] = fitted()
+        return self.known[effects]

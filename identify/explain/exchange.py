@@ -89,9 +89,14 @@ def swapped(bench: "Bench", hypothesis: Hypothesis, effect: Effect, rival: Hypot
     law = rival.effects[-1]
     effects = hypothesis.effects_with(law, effect)
     values = {**hypothesis.fit.chain.values, **rival.fit.chain.values}
-    found = bench.fitted(bench.with_effects(effects, values), effects, LAPS)
-    if not found.fit.converged and found.advantage(hypothesis) > -COMPARED:
-        found = bench.fitted(found.fit.chain, effects)
+
+    def fitted() -> Hypothesis:
+        found = bench.fitted(bench.with_effects(effects, values), effects, LAPS)
+        if not found.fit.converged and found.advantage(hypothesis) > -COMPARED:
+            return bench.fitted(found.fit.chain, effects)
+        return found
+
+    found = bench.once(effects, fitted)
     if found.chi2 - hypothesis.chi2 > FULLER:
         return found
     return max([found, *(bench.reformed(found, law, form) for form in law.fuller())], key=lambda h: h.advantage(found))

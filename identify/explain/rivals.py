@@ -78,13 +78,18 @@ def left_to_explain(beyond: Located) -> float:
 
 
 def _rivals(bench: Bench, final: Hypothesis, effect: Effect, rounds: list[Round]) -> list[tuple[Effect, Hypothesis]]:
-    """Return what came near in the round that chose ``effect``, fitted beside the other effects of the final set."""
+    """Return what came near in the round that chose ``effect``, fitted beside the other effects of the final set.
+
+    What was found later may have brought others near that were not then, as long as they leave no more than it took.
+    """
     step = _round_of(effect, rounds)
     if step is None:
         return []
     beside = {other.id for other in final.effects if other != effect}  # a chain has no effect twice, at no two places
-    near = [h for h in step.near if _kind(h.effects[-1]) != _kind(effect) and h.effects[-1].id not in beside][:WEIGHED]
-    if len(final.effects) == 1:
+    later = [h for h in step.undecided if not any(h is other for other in step.near)] if beside else []
+    able = [h for h in (*step.near, *later) if _kind(h.effects[-1]) != _kind(effect)]
+    near = [h for h in able if h.effects[-1].id not in beside][:WEIGHED]
+    if not beside:
         return [(h.effects[-1], h) for h in near]
     return [(h.effects[-1], swapped(bench, final, effect, h)) for h in near]
 

@@ -7,13 +7,14 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from identify.explain.bench import Bench
+from identify.explain.decide import decided
 from identify.explain.exchange import exchanged
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import suspects
 from identify.explain.round import WHOLE, Round, counts
 from identify.explain.wander import all_wanders
 
-MOST_EFFECTS = 4
+MOST_EFFECTS = 3
 ALL = 0.8  # of what is left, that a law has to explain together with as many like it as may follow
 STUCK = 0.1  # share of what an effect explains that the plain model explains as well, fitted from there
 
@@ -32,16 +33,17 @@ def selected(
     for number in range(most):
         note(f"trying effects, round {number + 1}", 0.15 + 0.15 * number)
         part = ALL / (MOST_EFFECTS - number) if number else 0.0
-        bench, this = bench.decided(bench.round(best, part))
+        least = part * _explainable(bench, best) if number else 0.0
+        bench, this = decided(bench, bench.round(best, least))
         if this.best is not None and not best.effects:  # a plain fit that had not come to its end looks like physics
             plain = bench.without(this.best, this.best.effects[-1])
             if this.base.chi2 - plain.chi2 > STUCK * (this.base.chi2 - this.best.chi2):
-                start, best, (bench, this) = plain, plain, bench.decided(bench.round(plain))
-        if number > 1 and not _belongs(bench, start, this, part):  # then no exchange is likely to make it
+                start, best, (bench, this) = plain, plain, decided(bench, bench.round(plain))
+        if number > 1 and not _belongs(start, this, part, least):  # then no exchange is likely to make it
             this = replace(this, tried=())
         if this.best is not None:
             this = replace(this, settled=exchanged(bench, this.best, [*rounds, this]))
-        if number == 1 and not _belongs(bench, start, this, part):  # the first may have been mistaken: now it is not
+        if number == 1 and not _belongs(start, this, part, least):  # the first may have been mistaken: now it is not
             this = replace(this, tried=(), settled=None)
         rounds.append(this)
         if this.best is None:
@@ -55,20 +57,21 @@ def selected(
     return bench, bench.pruned(best), rounds
 
 
-def _belongs(bench: Bench, start: Hypothesis, this: Round, part: float) -> bool:
+def _explainable(bench: Bench, base: Hypothesis) -> float:
+    """Return how much of chi-squared there is to explain: what noise cannot make, or free-form corrections find."""
+    found = max((s.gain - s.squares.size for s in suspects(bench.evidence(base))), default=0.0)
+    return max(base.proven, found)
+
+
+def _belongs(start: Hypothesis, this: Round, part: float, least: float) -> bool:
     """Return whether a further law explains its part of what is left, so that those that may follow explain the rest.
 
-    Else it stands in for physics that is in no catalogue, and so would they. Of a misfit that may be noise, its part of
-    what corrections of free form find to first order; that is not asked where chance is part of it.
+    Else it stands in for physics that is in no catalogue, and so would they. ``least`` is that part to first order; it
+    is not asked where chance is part of it, only its part of what noise cannot make.
     """
     best = this.best
     if best is None or not counts(start, this.base, best):
         return False
     if best.share(this.base) > WHOLE:
         return True
-    if not best.gains_enough(this.base, part):
-        return False
-    if best.swell > 1.0:
-        return True
-    found = max((s.gain - s.squares.size for s in suspects(bench.evidence(this.base))), default=0.0)
-    return this.base.chi2 - best.chi2 > part * found
+    return best.gains_enough(this.base, part) if best.swell > 1.0 else this.base.chi2 - best.chi2 > least

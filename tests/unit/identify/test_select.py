@@ -9,6 +9,7 @@ from identify.candidates import Candidate
 from identify.effects import catalogue, chain_of
 from identify.effects.effect import Effect
 from identify.explain.bench import DECISIVE, Bench
+from identify.explain.decide import decided, overtaking
 from identify.explain.exchange import exchanged
 from identify.explain.explain import prepared
 from identify.explain.hypothesis import Hypothesis
@@ -17,7 +18,7 @@ from identify.explain.neighbours import resettled
 from identify.explain.promise import Promise
 from identify.explain.rivals import odds
 from identify.explain.round import Round, lagging, outdone, ranked, unforeseen
-from identify.explain.select import _belongs, selected
+from identify.explain.select import _belongs, _explainable, selected
 from identify.fit import chi_squared
 from identify.holdout import split
 from identify.phases import angles_of, scanned
@@ -133,7 +134,7 @@ def test_nothing_is_compared_on_finer_grids_where_nothing_comes_near_to_a_name(b
     for share, looks in ((0.05, 0), (0.15, 1), (0.5, 1)):
         this = Round(base, (), (replace(rail, chi2=base.chi2 - share * (base.chi2 - base.count)),))
         asked.clear()
-        assert bench.decided(this) == (bench, this)
+        assert decided(bench, this) == (bench, this)
         assert len(asked) == looks
 
 
@@ -204,13 +205,13 @@ def test_a_further_law_explains_its_part_of_what_is_proven_and_of_what_correctio
     start = replace(bench.fitted(bench.plain, ()), count=100_000, noise_known=0.0, chi2=3e5)
     base = replace(start, effects=(BYPASS,), chi2=1.2e5)
     law = replace(base, effects=(BYPASS, RAIL), chi2=1.14e5)  # 30 % of what is left
-    assert _belongs(bench, start, Round(base, (), (law,)), part) is belongs
+    assert _belongs(start, Round(base, (), (law,)), part, part * _explainable(bench, base)) is belongs
 
 
 def test_what_promises_less_than_its_part_is_not_fitted(bench):
     base = fitted(bench, RAIL)
     assert bench.round(base).tried
-    assert not bench.round(base, 1e3).tried
+    assert not bench.round(base, base.chi2).tried
 
 
 def test_a_law_that_foretells_a_scatter_is_before_chance_that_could_have_made_it(bench):
@@ -306,11 +307,11 @@ def test_what_came_close_is_compared_on_grids_fine_enough_for_all_of_it():
     values = {"dead_time.delay": 6e-5, "extra_pole.tau": 6e-5}
     tried = [bench.fitted(bench.with_effects([e], values), [e]) for e in (pole, delay)]
     coarse = Round(base, (), tuple(sorted(tried, key=lambda h: -h.advantage(base))))
-    finer, decided = bench.decided(coarse)
+    finer, compared = decided(bench, coarse)
     assert finer.observations[0].substeps > 1
-    assert decided.base.effects == ()
-    assert {h.effects for h in decided.tried} == {(delay,), (pole,)}
-    again = next(h for h in decided.tried if h.effects == (delay,))
+    assert compared.base.effects == ()
+    assert {h.effects for h in compared.tried} == {(delay,), (pole,)}
+    again = next(h for h in compared.tried if h.effects == (delay,))
     assert again.chi2 == pytest.approx(tried[1].chi2, abs=1.0)  # a delay is fitted as finely as it needs from the first
     assert again.fit.chain.values["dead_time.delay"] == pytest.approx(63.4e-6, rel=0.05)
 
@@ -338,7 +339,7 @@ def test_what_was_passed_over_is_fitted_where_the_grid_of_the_fits_brings_it_nea
     near, far = (bench.with_effects([pole], {"extra_pole.tau": tau}) for tau in (6e-5, 5e-3))
     passed = tuple(Promise(Candidate(pole, {}, 0.0), chain, 0.0, slack=500.0) for chain in (near, far))
     this = Round(base, (), (only,), passed_over=passed)
-    (late,) = bench.overtaking(this, only.chi2, base)
+    (late,) = overtaking(bench, this, only.chi2, base)
     assert late.chi2 < only.chi2
     assert late.fit.chain.values["extra_pole.tau"] == pytest.approx(63.4e-6, rel=0.1)
 
@@ -379,7 +380,7 @@ def test_a_rival_far_behind_is_not_fitted_to_the_end_on_finer_grids(bench, monke
     for behind, ended in ((500.0, {(RAIL,), ()}), (20.0, {(RAIL,), (DIODE,), ()})):
         asked.clear()
         monkeypatch.setattr(Bench, "fitted", fitting(rail.chi2 + behind))
-        bench.decided(Round(base, (), (rail, diode)))
+        decided(bench, Round(base, (), (rail, diode)))
         assert {effects for effects, iterations in asked if iterations > 4} == ended
 
 

@@ -2,8 +2,10 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from identify.chain import simulate
 from identify.effects import catalogue, chain_of
 from identify.effects.effect import Effect
 from identify.explain.where import acting, coordinate, profile
@@ -65,8 +67,11 @@ def test_every_effect_acts_somewhere_on_a_rig_without_a_gap_if_it_can_be_there(e
         return
     values = {name: value for name, value in effect.example.items() if f"{effect.id}.{name}" in names_of(effect)}
     run = observed(recorded(LINEAR, sine("slow", 10.0, 3.0, 5, 4), fine=4), NOISE_V)
-    found = acting(effect.along, effect.shows_at, effect.put_in(STRAIGHT, values), STRAIGHT, [run])
+    changed = effect.put_in(STRAIGHT, values)
+    found = acting(effect.along, effect.shows_at, changed, STRAIGHT, [run])
     assert all(r.low <= r.high for r in found)
+    change_v = np.max(np.abs(simulate(changed, run.trace) - simulate(STRAIGHT, run.trace)))
+    assert any(r.share > 0.0 for r in found) is bool(change_v > 1e-3 * NOISE_V)
 
 
 def test_a_skew_acts_where_a_run_has_gone_far_enough_whenever_it_began() -> None:

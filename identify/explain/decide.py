@@ -1,0 +1,42 @@
+"""Which law of a round is ahead on grids that are fine enough for all that came close?"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from identify.explain.bench import NEAR, SPRINT, Bench
+from identify.explain.hypothesis import WORTH, Hypothesis
+from identify.explain.round import COMPARED, Round, ranked
+from identify.fit import chi_squared
+
+STEPPED = 5  # rivals that are fitted again on a finer grid
+
+
+def decided(bench: Bench, this: Round) -> tuple[Bench, Round]:
+    """Compare what came close again, on grids fine enough for all of it; return the bench on these grids, too.
+
+    Where nothing comes near to explaining enough for a name, nothing has to be compared.
+    """
+    finer = bench
+    close = this.close[:STEPPED]
+    if not any(rival.gains_enough(this.base, 0.5 * WORTH) for rival in close):
+        return bench, this
+    for rival in close:
+        finer = finer.fine_enough(rival)
+    if finer is bench:
+        return bench, this
+    tried = [finer.fitted(rival.fit.chain, rival.effects, SPRINT) for rival in close]
+    reach = min(h.chi2 for h in tried) + NEAR
+    tried = [h if h.fit.converged or h.chi2 > reach else finer.fitted(h.fit.chain, h.effects) for h in tried]
+    base = finer.fitted(this.base.fit.chain, this.base.effects)
+    late = overtaking(finer, this, min((h.chi2 for h in tried), default=base.chi2), base)
+    behind = [h for h in this.tried if not any(h is rival for rival in close)]
+    return finer, replace(this, base=base, tried=(*ranked(base, [*tried, *late]), *behind))
+
+
+def overtaking(bench: Bench, this: Round, best: float, base: Hypothesis) -> list[Hypothesis]:
+    """Fit what was passed over on the samples' grid and on this one comes near ``best`` before it is fitted."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        left = [(p, sum(chi_squared(p.chain, o) for o in bench.observations)) for p in this.passed_over]
+    near = [p for p, chi2 in left if chi2 - p.slack < best + COMPARED]
+    return [h for h in bench.raced(base, near) if bench.possible(h)]
