@@ -142,7 +142,8 @@ class Bench:
         screened = candidates(evidence, self.kinds)
         runs = len(self.observations)
         hopes = [promised(evidence, c) for c in hopeful(screened, runs)]
-        hopes = [p for p in hopes if p.gain + p.slack > least or p.candidate.effect.by_chance]
+        scattered = base.proven > 0.0
+        hopes = [p for p in hopes if p.gain + p.slack > least or (scattered and p.candidate.effect.by_chance)]
         worth = promising(hopes, len(screened), runs)
         tried = self.raced(base, worth)
         late = outdone(hopes, worth, base.chi2 - min((h.chi2 for h in tried), default=base.chi2)) if tried else []
