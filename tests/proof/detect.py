@@ -100,6 +100,14 @@ class Sensed:
         """Return the z of one piece of physics."""
         return float(np.linalg.norm(self._left(self._change(concealed, self.case.seed)))) / self.case.rig.noise_v
 
+    def z_with(self, others: tuple[Concealed, ...], concealed: Concealed) -> float:
+        """Return the z of one piece of physics where others are at work: a range that they keep readings from hides."""
+        both, alone = (
+            self.answers(self.case.rig, physics, self.case.seed, noisy=True)
+            for physics in ((*others, concealed), others)
+        )
+        return float(np.linalg.norm(self._left(both - alone))) / self.case.rig.noise_v
+
     def z_of_signal(self, concealed: Concealed) -> float:
         """Return the z of physics that moves readings in time: what that does to their noise tells nothing."""
         change = self.answers(self.case.rig, (concealed,), self.case.seed) - self.answers(self.case.rig)

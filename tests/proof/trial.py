@@ -29,6 +29,7 @@ OFF = 0.05  # of every value of the rig file
 ALIKE = ({"source_pole", "extra_pole"},)  # the same data, wherever the other is
 SEEN = {"spikes", "missing_samples"}  # one of them is already more than noise hides
 MISTAKEN = 0.3  # of a z, on a log scale, that it is looked for again on the grid of the recordings
+HIDES = 0.5  # of the least z that is asked for, that a piece must show beside the others
 LOTS = 50  # draws of what has no size, of which one must show
 ALONE = {"backlash", "unequal_slopes"}  # they change what the plain model is
 
@@ -139,12 +140,30 @@ def _variant(rng: Rng, effect: str) -> Kind:
 
 
 def _pieces(trial: Trial, kinds: tuple[Kind, ...], rng: Rng) -> list[tuple[Concealed, float]]:
-    """Return every piece and its z: noise is drawn first, and what is concealed beside it must show in it, too."""
-    found: dict[Kind, tuple[Concealed, float]] = {}
-    for kind in sorted(kinds, key=lambda kind: not kind.spectral):
-        beside = tuple(found[other][0] for other in found if other.spectral)
-        found[kind] = _piece(Sensed(trial, beside), kind, rng, trial.key.z or Z[trial.key.stratum])
-    return [found[kind] for kind in kinds]
+    """Return every piece and its z: noise is drawn first, and what is concealed beside it must show in it, too.
+
+    Where one of several hides another, all are drawn again.
+    """
+    if not kinds:
+        return []
+    bounds = trial.key.z or Z[trial.key.stratum]
+    for _ in range(LOTS):
+        found: dict[Kind, tuple[Concealed, float]] = {}
+        for kind in sorted(kinds, key=lambda kind: not kind.spectral):
+            beside = tuple(found[other][0] for other in found if other.spectral)
+            found[kind] = _piece(Sensed(trial, beside), kind, rng, bounds)
+        if len(kinds) == 1 or not any(_hidden(trial, kind, found, bounds[0]) for kind in kinds):
+            return [found[kind] for kind in kinds]
+    raise ValueError(f"of {LOTS} draws of {' and '.join(kind.id for kind in kinds)} one always hides the other")
+
+
+def _hidden(trial: Trial, kind: Kind, found: dict[Kind, tuple[Concealed, float]], least: float) -> bool:
+    """Return whether a piece shows much less beside the others than it must: they keep the signal from it."""
+    if kind.chance or kind.spectral or kind.drawn:
+        return False
+    noise = tuple(found[other][0] for other in found if other.spectral)
+    others = tuple(found[other][0] for other in found if other is not kind)
+    return Sensed(trial, noise).z_with(others, found[kind][0]) < HIDES * least
 
 
 def _piece(sensed: Sensed, kind: Kind, rng: Rng, bounds: tuple[float, float]) -> tuple[Concealed, float]:

@@ -174,6 +174,15 @@ def test_a_pair_has_two_stages_and_can_be_recorded():
     assert all(np.all(np.isfinite(run.y)) for run in record(short_trial, 4))
 
 
+def test_no_piece_of_a_pair_keeps_readings_from_where_the_other_would_show():
+    """A border that bends inward kept all readings from a clipped range but one: both are drawn again."""
+    trial = drawn(Key(25, "pair", "pair", 9))
+    clipped, bent = trial.physics
+    assert [finding.id for finding in trial.expected] == ["adc_clipping", "curved_border"]
+    assert Sensed(trial).z_with((bent,), clipped) > 15.0
+    assert Sensed(trial).z_with((clipped,), bent) > 15.0
+
+
 def test_a_seal_fixes_the_truth_and_does_not_tell_it():
     trial = drawn(Key(3, "null", "null", 0))
     truth, other = sealed(trial), sealed(trial)
