@@ -1,7 +1,8 @@
 """What does one type in a notebook or a script, where the bench has a command line?
 
 Each function is the command of its name. What goes wrong is raised as one of ``rig.errors``, its message the one that
-the command prints. Recordings are given by path, or as they came from ``run`` or ``read``.
+the command prints. Recordings are given by path, or as they came from ``run`` or ``read``. How far a long job is shows
+under the cell, or on the terminal; ``progress`` is told instead where it is given.
 """
 
 from collections.abc import Sequence
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from rig import workflow
 from rig.calibration import read_calibration
+from rig.cell import told_here
 from rig.errors import UsageError
 from rig.recorded import Recording
 from rig.recording import read
@@ -44,7 +46,10 @@ def run(
     say; what was recorded of it is at ``out``.
     """
     out = Path(out or f"{Path(protocol).stem}.h5")
-    done = record(protocol, device, out, lambda done, total: None, overwrite, rig)
+    with told_here("run", None) as show:
+        done = record(
+            protocol, device, out, lambda kept, of: show(f"{kept} of {of} samples", kept / max(of, 1)), overwrite, rig
+        )
     if done.outcome.failure is not None:
         raise done.outcome.failure
     return done.recording
@@ -59,7 +64,9 @@ def identify(
     ``rig`` is the plain model, else the one kept in the recordings; ``borders`` is straight or curved, with ``knots``.
     Raises FileError where the recordings cannot tell.
     """
-    return workflow.identify_runs(_runs(runs, (), rig, calibration), progress, borders, knots)
+    given = _runs(runs, (), rig, calibration)
+    with told_here("identify", progress) as show:
+        return workflow.identify_runs(given, show, borders, knots)
 
 
 def explain(
@@ -70,7 +77,9 @@ def explain(
 
     Without ``hold_out`` a part of the recordings is kept back. Raises FileError where they cannot tell.
     """
-    return workflow.explain_runs(_runs(runs, hold_out, rig, calibration), progress)
+    given = _runs(runs, hold_out, rig, calibration)
+    with told_here("explain", progress) as show:
+        return workflow.explain_runs(given, show)
 
 
 def simulate(run: FilePath, rig: FilePath | None = None) -> Simulated:
@@ -85,7 +94,8 @@ def compare(
     """Return what changed from one recording to another, and whether it was the rig."""
     from rig.comparing import compare_runs
 
-    return compare_runs(before, after, rig, None, progress, physics)
+    with told_here("compare", progress) as show:
+        return compare_runs(before, after, rig, None, show, physics)
 
 
 def _runs(

@@ -1,0 +1,64 @@
+"""Does a cell of a real notebook kernel show how far a long job is, and nothing of it once it is over?"""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from jupyter_client.blocking.client import BlockingKernelClient
+from jupyter_client.manager import KernelManager
+
+from tests.flow.console import rig
+
+PATIENCE_S = 120.0
+SHOWN = ("display_data", "update_display_data")
+
+
+@pytest.fixture(scope="module")
+def kernel() -> Iterator[BlockingKernelClient]:
+    manager = KernelManager(kernel_name="python3")
+    manager.start_kernel()
+    client = manager.blocking_client()
+    client.start_channels()
+    client.wait_for_ready(timeout=PATIENCE_S)
+    yield client
+    client.stop_channels()
+    manager.shutdown_kernel(now=True)
+
+
+def played(kernel: BlockingKernelClient, cell: str) -> tuple[list[str], str]:
+    """Run a cell; return the lines that were shown under it, in order, and its result."""
+    lines: list[str] = []
+    results: list[str] = []
+
+    def heard(message: dict[str, Any]) -> None:
+        kind, content = message["msg_type"], message["content"]
+        if kind in SHOWN:
+            lines.append(content["data"]["text/plain"])
+        if kind == "execute_result":
+            results.append(content["data"]["text/plain"])
+
+    reply = kernel.execute_interactive(cell, timeout=PATIENCE_S, output_hook=heard)
+    assert reply["content"]["status"] == "ok", reply["content"]
+    return lines, "".join(results)
+
+
+def test_a_cell_shows_how_far_a_job_is_and_clears_that_at_its_end(
+    kernel: BlockingKernelClient, tmp_path: Path
+) -> None:
+    assert rig("run", "hold_ladder.yaml", "--out", "hold.h5", cwd=tmp_path).code == 0
+    lines, result = played(kernel, f"import os, rig\nos.chdir({str(tmp_path)!r})\nrig.identify('hold.h5')")
+    assert lines[0] == "identify"
+    assert any("%" in line for line in lines[1:])
+    assert lines[-1] == ""
+    assert result.startswith("Identification")
+
+
+def test_what_goes_wrong_in_a_cell_leaves_no_line_behind(kernel: BlockingKernelClient) -> None:
+    cell = "try:\n    rig.compare('hold.h5', 'missing.h5')\nexcept rig.errors.FileError as error:\n    print(error)"
+    assert played(kernel, cell) == (["compare", ""], "")
+
+
+def test_who_listens_is_told_instead(kernel: BlockingKernelClient) -> None:
+    cell = "told = []\nrig.identify('hold.h5', progress=lambda words, share: told.append(share))\nlen(told) > 1"
+    assert played(kernel, cell) == ([], "True")
