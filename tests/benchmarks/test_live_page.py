@@ -3,7 +3,6 @@
 from tests.benchmarks.live_page import folder_of, lost, watch
 
 
-
 def test_a_run_that_is_looked_at_is_recorded_whole_and_seen_to_its_end() -> None:
     with folder_of(40.0) as folder:
         seen = watch(folder)

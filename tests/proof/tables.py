@@ -57,6 +57,7 @@ def _asked(outcomes: Sequence[Outcome], twins: Twins) -> Rows:
         ("the same, or a name for exactly the same data", "", str(share(single, lambda o: _alike(o, twins)))),
         (WITHIN, "97 %", str(share(single, lambda o: o.within))),
         ("one effect: right stage", "98 %", str(share(single, lambda o: o.placed))),
+        (f"right stage, {AS_ONE}", "", str(share(single, lambda o: _placed_as_one(o, twins)))),
         (WRONG, "", str(share(single, confident_and_wrong))),
         (COVERED, "90 %", str(intervals(single))),
         ("`explained`: held-out residual at most 1.1 x noise", "all", str(proven(outcomes))),
@@ -75,6 +76,11 @@ def _alike(outcome: Outcome, twins: Twins) -> bool:
     """Return whether the one name given is the right one, or one that no experiment tells from it."""
     (true,) = outcome.ids
     return len(outcome.names) == 1 and outcome.names[0] in (true, *twins.get(true, ()))
+
+
+def _placed_as_one(outcome: Outcome, twins: Twins) -> bool:
+    """Return whether the right stage is told, or listed beside that of what no experiment tells apart."""
+    return outcome.placed or (_alike(outcome, twins) and outcome.placed_or_listed)
 
 
 def _kinds(names: Sequence[str], twins: Twins) -> set[str]:

@@ -108,6 +108,17 @@ def test_of_two_effects_a_name_for_exactly_the_same_data_is_counted_apart():
     assert [told[f"{what}, {alike}"] for what in ("both named", "one and no wrong name")] == ["1 of 1 (100 %)"] * 2
 
 
+def test_the_stage_of_a_name_for_exactly_the_same_data_is_right_where_the_true_one_is_listed_beside_it():
+    """RIGHT is where it is; of two that are named by their twin, one lists the true stage and one does not."""
+    listed = entry("single", ["saturation"], ("echo", "G2", 0.5, []), stage="G2")
+    listed["reply"]["said"]["location"]["alternatives"] = ["F"]
+    silent = entry("single", ["saturation"], ("echo", "G2", 0.5, []), stage="G2")
+    table = short([opened(e) for e in (RIGHT, listed, silent)], {"saturation": ("echo",)}).splitlines()
+    told = dict(line.strip("| ").split(" | ")[::2] for line in table if line.startswith("| "))
+    assert told["one effect: right stage"] == "1 of 3 (33 %)"
+    assert told["right stage, names for exactly the same data taken as one"] == "2 of 3 (67 %)"
+
+
 def test_odds_are_compared_with_what_was_true():
     claims = [claim for o in ALL for claim in o.claims()]
     assert [(c.probability, c.true) for c in claims] == [
