@@ -35,8 +35,9 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
     When nothing remains beyond the noise, all do: a wrong set of names does not reproduce recordings of several kinds.
     Else the effect found last has to be more likely than physics of no catalogue, and not to leave more than a little
     that a free-form correction at its own place could take away: then the place may be right, but the law is not. What
-    its own chance makes does not speak against it. If it does not earn its name, the one before it is asked. And no
-    name is earned by a law that does better at a place where it would be other physics.
+    its own chance makes does not speak against it. Nor must such a correction at another place do better without it.
+    If it does not earn its name, the one before it is asked. And no name is earned by a law that does better at a place
+    where it would be other physics.
     """
     steps = [(this.base, this.best) for this in rounds if this.best is not None]
     strayed = misplaced(bench, final)
@@ -45,11 +46,25 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
     beyond = located(bench, hypothesis)
     while hypothesis.effects and beyond.significant and earned:
         base, winner = earned.pop()
-        if not _doubtful(beyond, winner.effects[-1], base.chi2 - winner.chi2):
+        rest = earned[-1][1] if earned else plain
+        under = located(bench, rest)
+        effect = winner.effects[-1]
+        if not _doubtful(beyond, effect, base.chi2 - winner.chi2) and not _needless(beyond, under, effect.place):
             break
-        hypothesis = earned[-1][1] if earned else plain
-        beyond = located(bench, hypothesis)
+        hypothesis, beyond = rest, under
     return Warranted(hypothesis, beyond)
+
+
+def _needless(beyond: Located, under: Located, place: Place) -> bool:
+    """Return whether a correction of free form elsewhere does clearly better than a law, which adds nothing to it.
+
+    ``beyond`` are corrections on top of the law at ``place``, ``under`` are those without it.
+    """
+    law, told = beyond.base, under.base.chi2 - beyond.base.chi2
+    both = min((fitted for _, fitted in beyond.fitted), key=lambda h: h.chi2)
+    alone = [fitted for correction, fitted in under.fitted if place not in correction.same_at]
+    better = [fitted for fitted in alone if fitted.advantage(law, told) > STRONG]
+    return any(both.advantage(fitted, told) < STRONG for fitted in better)
 
 
 def _doubtful(beyond: Located, effect: Effect, told: float) -> bool:

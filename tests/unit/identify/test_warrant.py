@@ -41,8 +41,37 @@ def test_a_name_is_earned_unless_its_own_law_should_have_explained_what_is_left(
     base, winner = replace(plain, chi2=final.chi2 + (1.0 + left) * TOLD), replace(final, chi2=final.chi2 + left * TOLD)
 
     def beyond(_: Bench, hypothesis: object) -> Located:
-        return Located(winner, ((correction, final),), 1e-12 if hypothesis is winner else 1.0)
+        return Located(winner, ((correction, final),), 1e-12) if hypothesis is winner else Located(base, (), 1.0)
 
     monkeypatch.setattr("identify.explain.warrant.located", beyond)
     found = warranted(bench, base, winner, [Round(base, (), (winner,), settled=winner)])
+    assert (found.hypothesis.effects == (effect,)) is earned
+
+
+@pytest.mark.parametrize(
+    ("place", "alone", "both", "earned"),
+    [
+        (Place.G2, -2000.0, -2000.0, False),  # elsewhere it does better alone, and the law adds nothing
+        (Place.G2, -2000.0, -2500.0, True),  # both are needed: two things differ
+        (Place.G2, 20.0, -2000.0, True),  # alone it does no better than the law
+        (Place.SENSE, -2000.0, -2000.0, True),  # at the place of the law it is that law, drawn more freely
+    ],
+)
+def test_no_name_is_earned_where_a_correction_elsewhere_does_better_without_it(
+    place: Place, alone: float, both: float, earned: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    walk = observed(recorded(OP_AMP, staircase("walk", FIG13_LEVELS_V, 0.02), (), NOISE_V, seed=7), NOISE_V)
+    bench = Bench(chain_of(model_of(OP_AMP)), (walk,), (), tuple(catalogue().values()))
+    effect = catalogue()["feedthrough"](Place.SENSE)
+    law = replace(bench.fitted(bench.with_effects([effect], {}), [effect]), chi2=1e5, count=96_000)
+    base = replace(bench.fitted(bench.plain, ()), chi2=3e5, count=96_000)
+    free = LevelMap(place, (-5.0, 0.0, 5.0), "map")
+
+    def left(_: Bench, hypothesis: object) -> Located:
+        of_law = hypothesis is law
+        fitted = replace(law, chi2=1e5 + (both if of_law else alone))
+        return Located(law if of_law else base, ((free, fitted),), 1e-12)
+
+    monkeypatch.setattr("identify.explain.warrant.located", left)
+    found = warranted(bench, base, law, [Round(base, (), (law,), settled=law)])
     assert (found.hypothesis.effects == (effect,)) is earned
