@@ -24,6 +24,7 @@ LARGE, SHARE = 1e3, 0.1  # fall of chi-squared, and share of what is to explain,
 SHARES = (0.1, 0.3, 0.5, 0.7, 0.9)  # of the way through the sizes that round that alike
 CLOSER = (-0.1, -0.05, 0.05, 0.1)
 TOLD, ZOOMS, TRIED, CLOSER_STILL = 3e-4, 3, 12, 5.0  # share of a step that is looked around it, in ever smaller parts
+LEAPS = (0.01, 0.02, 0.04, 0.08)  # of a step at the highest level, by which a size may be off
 LOOKED_ELSEWHERE = 12.0 + 2.0 * np.log(FINEST)  # chi-squared: more than the best of so many sizes gains on noise
 
 
@@ -88,6 +89,12 @@ class DacQuantisation(Effect):
             chain = min(options, key=lambda option: sum(chi_squared(option, o) for o in observations))
             reach /= CLOSER_STILL
         return chain
+
+    def leaps(self, chain: Chain, observations: "Sequence[Observation]") -> list[Chain]:
+        """Return ``chain`` with steps that round most of what was played alike: gains take up most of the change."""
+        lsb, highest = chain.values[LSB.name], max(float(np.max(np.abs(o.trace.u[:]))) for o in observations)
+        steps = [centred(lsb * (1.0 + side * share * lsb / highest)) for share in LEAPS for side in (-1.0, 1.0)]
+        return [chain.with_values({LSB.name: step}) for step in steps]
 
     def _within(self, evidence: "Evidence", least: float, most: float, best: dict[str, float]) -> dict[str, float]:
         """Return the step between two that explains most: what is held long rounds alike, all else tells them apart."""

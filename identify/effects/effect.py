@@ -123,6 +123,13 @@ class Effect(Stage):
         """
         return chain
 
+    def leaps(self, chain: Chain, observations: "Sequence[Observation]") -> list[Chain]:
+        """Return ``chain`` with values of this effect to which no slope leads, to be fitted together with all the rest.
+
+        Where the rest takes up most of what such a value changes, it must move to tell whether that is better.
+        """
+        return []
+
     def completed(self, chain: Chain, evidence: "Evidence") -> Chain:
         """Return ``chain`` with this effect's values that say there is none put where a search may begin; else itself.
 

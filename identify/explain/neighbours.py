@@ -60,7 +60,14 @@ def resettled(bench: Bench, hypothesis: Hypothesis) -> Hypothesis:
     chain = hypothesis.fit.chain
     for effect in hypothesis.effects:
         chain = effect.resettled(chain, bench.observations)
-    return hypothesis if chain is hypothesis.fit.chain else bench.fitted(chain, hypothesis.effects)
+    best = hypothesis if chain is hypothesis.fit.chain else bench.fitted(chain, hypothesis.effects)
+    for _ in range(MOVES):
+        leaps = [leap for effect in best.effects for leap in effect.leaps(best.fit.chain, bench.observations)]
+        other = min((bench.fitted(leap, best.effects) for leap in leaps), key=lambda h: h.chi2, default=best)
+        if other.chi2 > best.chi2 - BETTER:
+            break
+        best = other
+    return best
 
 
 def spanning(name: str, inflation: float, fit: Fit, others: tuple[Fit, ...]) -> Interval:

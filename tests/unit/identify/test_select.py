@@ -412,6 +412,21 @@ def test_steps_of_a_dac_are_looked_for_closer_once_the_rest_is_known():
     assert resettled(bench, rail) is rail
 
 
+def test_a_coarse_step_that_gains_take_up_is_found_with_all_the_rest_moving(monkeypatch):
+    """Most of a change of the step is one of the gains; moved alone, it only seems to make all worse."""
+    lsb = 0.04356571734361154
+    levels = tuple(float(v) for v in np.random.default_rng(4).uniform(-8.0, 8.0, 30))
+    dac = catalogue()["dac_quantisation"](Place.SOURCE)
+    played = (staircase("walk", levels, 0.02), sine("slow", 1e4 / 3187, 8.0, 2, 1))
+    runs = [recorded(OP_AMP, s, (Concealed("dac_quantisation", {"lsb": lsb}),), 1e-3, seed=5) for s in played]
+    bench = Bench(chain_of(model_of(OP_AMP)), tuple(observed(run, 1e-3, 1) for run in runs), (), (type(dac),))
+    off = bench.fitted(bench.with_effects([dac], {"dac_quantisation.lsb": lsb * (1.0 - 2e-4)}), [dac])
+    found = resettled(bench, off)
+    assert abs(found.fit.chain.values["dac_quantisation.lsb"] / lsb - 1.0) < 5e-5
+    monkeypatch.setattr(type(dac), "leaps", lambda effect, chain, observations: [])
+    assert resettled(bench, off).chi2 > found.chi2 + 20.0
+
+
 @pytest.mark.parametrize("side", ["upper", "lower"])
 def test_a_limit_that_is_not_met_is_let_go(side):
     rails = {"upper": 11.0, "lower": -12.3}
