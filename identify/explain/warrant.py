@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 
+from identify.blocks import Play
 from identify.effects.effect import Effect
 from identify.explain.bench import Bench
 from identify.explain.hypothesis import Hypothesis
@@ -49,7 +50,8 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
         rest = earned[-1][1] if earned else plain
         under = located(bench, rest)
         effect = winner.effects[-1]
-        if not _doubtful(beyond, effect, base.chi2 - winner.chi2) and not _needless(beyond, under, effect.place):
+        needless = bench.plain.stage_of(Play) is not None and _needless(beyond, under, effect.place)
+        if not needless and not _doubtful(beyond, effect, base.chi2 - winner.chi2):
             break
         hypothesis, beyond = rest, under
     return Warranted(hypothesis, beyond)
@@ -58,6 +60,7 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
 def _needless(beyond: Located, under: Located, place: Place) -> bool:
     """Return whether a correction of free form elsewhere does clearly better than a law, which adds nothing to it.
 
+    Where signals pass a gap: without one, linear physics is the same before it and behind it.
     ``beyond`` are corrections on top of the law at ``place``, ``under`` are those without it.
     """
     law, told = beyond.base, under.base.chi2 - beyond.base.chi2
