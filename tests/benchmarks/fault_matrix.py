@@ -13,9 +13,6 @@ from tests.wire.matrix.benches import BENCHES
 from tests.wire.matrix.case import Case, Verdict
 from tests.wire.matrix.play import Bench, play
 
-AT_ONCE = 4
-"""Cases played side by side: they mostly wait."""
-
 
 def matrix(bench: Bench, word: str = "") -> list[tuple[Case, Verdict]]:
     """Return every case of ``bench`` whose name has ``word``, with what became of it."""
@@ -24,7 +21,7 @@ def matrix(bench: Bench, word: str = "") -> list[tuple[Case, Verdict]]:
 
 def tried(bench: Bench, cases: Sequence[Case]) -> list[tuple[Case, Verdict]]:
     """Return what became of ``cases``, a few at a time."""
-    with ThreadPoolExecutor(AT_ONCE) as pool:
+    with ThreadPoolExecutor(bench.at_once) as pool:
         return list(zip(cases, pool.map(lambda case: play(bench, case), cases), strict=True))
 
 

@@ -50,7 +50,10 @@ Made = Callable[[str, Case], AbstractContextManager[Any]]
 
 @dataclass(frozen=True)
 class Bench:
-    """A kind of device to be tried: its faults, what to play on it, and what must come back, to half an ``lsb_v``."""
+    """A kind of device to be tried: its faults, what to play on it, and what must come back, to half an ``lsb_v``.
+
+    ``at_once`` are the cases that may be played side by side: as many as mostly wait.
+    """
 
     kind: str
     cases: tuple[Case, ...]
@@ -59,6 +62,7 @@ class Bench:
     lsb_v: float
     rate_hz: float = 10_000.0
     made: Made = by_emulator
+    at_once: int = 4
 
     def protocol(self) -> str:
         """Return what is played: a second of a sine."""
