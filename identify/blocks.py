@@ -1,6 +1,6 @@
 """The stages of the plain model: the source with its delay, linear blocks, and F with or without memory."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -138,7 +138,7 @@ class LinearBlock(Stage):
         out_shape = shape if len(self.start.den) == 1 else Ramp()
         if isinstance(out_shape, Held):
             out_shape = Held(out_shape.fraction + fraction)
-        return (lambda block: through(replace(block, signal=late(block)))) if whole else through, out_shape
+        return (lambda block: through(block.holding(late(block)))) if whole else through, out_shape
 
 
 def _sizes(order: int) -> tuple[int, ...]:

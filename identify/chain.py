@@ -48,10 +48,10 @@ class Chain:
 
     def of(self, stage: Stage, run: str) -> Values:
         """Return the values of one stage in one run."""
-        values = self.values
-        return tuple(
-            values.get(local_name(name, run), values[name]) if local else values[name] for name, local in _named(stage)
-        )
+        values, (names, local) = self.values, _named(stage)
+        if not local:
+            return tuple(map(values.__getitem__, names))
+        return tuple(values.get(local_name(n, run), values[n]) if n in local else values[n] for n in names)
 
     def with_values(self, values: Mapping[str, float]) -> "Chain":
         """Return this chain with some values replaced."""
@@ -106,9 +106,10 @@ class Chain:
 
 
 @lru_cache(maxsize=1024)
-def _named(stage: Stage) -> tuple[tuple[str, bool], ...]:
-    """Return the name of every parameter of a stage and whether runs have their own: a search asks again and again."""
-    return tuple((p.name, p.local) for p in stage.parameters())
+def _named(stage: Stage) -> tuple[tuple[str, ...], frozenset[str]]:
+    """Return the names of a stage's parameters, and those of which runs have their own: a search asks many times."""
+    parameters = stage.parameters()
+    return tuple(p.name for p in parameters), frozenset(p.name for p in parameters if p.local)
 
 
 def local_name(name: str, run: str) -> str:
@@ -175,7 +176,7 @@ def chunks(source: Samples, grid: Grid, samples: int | None = None) -> Iterator[
 
 def advance(run: Run, block: Block) -> Block:
     """Return the block behind one more stage."""
-    return replace(block, signal=run(block))
+    return block.holding(run(block))
 
 
 def signals(chain: Chain, trace: Trace, substeps: int = 1) -> list[Array]:
@@ -240,7 +241,7 @@ def _fused(chain: Chain, grid: Grid) -> Run | None:
             one.rows, one.g0, one.g1, one.c, one.d, x1, s_l, d_l, s_u, d_u, w,
             two.rows, two.g0, two.g1, two.c, two.d, x2, last, u, out,
         )  # fmt: skip
-        return late(replace(block, signal=out))
+        return late(block.holding(out))
 
     return run
 

@@ -99,6 +99,10 @@ class Block:
     first: int
     grid: Grid
 
+    def holding(self, signal: Array) -> "Block":
+        """Return the same stretch with another signal."""
+        return Block(signal, self.source, self.first, self.grid)
+
     def time_s(self) -> Array:
         """Return the clock time of every instant in s."""
         instants = np.arange(self.first, self.first + self.signal.size, dtype=np.float64)

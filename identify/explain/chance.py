@@ -6,7 +6,6 @@ all that is left may be such wandering, no further physics is looked for in it.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -119,7 +118,7 @@ def _courses(chain: Chain, effect: Effect, observation: Observation, number: int
 def _behind(tail: Sequence[Run], block: Block, noise: Array) -> Array:
     """Return what the rest of a chain answers where noise is added, at the samples."""
     noisy = block.signal + np.pad(noise, (0, block.signal.size - noise.size))
-    block = replace(block, signal=noisy)
+    block = block.holding(noisy)
     for stage in tail:
         block = advance(stage, block)
     return block.signal[:: block.grid.substeps]

@@ -18,7 +18,7 @@ from identify.effects.effect import Confusion
 from identify.interval import Interval
 from identify.quadratic import inverse
 from identify.readings.blemish import Blemish
-from identify.readings.spectra import Spectrum, difference, lines_of, power_of, repeats, spectra
+from identify.readings.spectra import Spectrum, difference, lines_of, mean_law, power_of, repeats, spectra
 from identify.stage import Parameter
 from identify.trace import Array, Trace
 
@@ -87,7 +87,7 @@ class Coloured:
         Trans. Circuits Syst. I 47 (2000) 25); no steeper than lags of first order can be.
         """
         lines = lines_of(trace)
-        share = self.sd_v**2 / float(np.mean(lines**-self.slope))
+        share = self.sd_v**2 / mean_law(lines, self.slope)
         low, top = float(lines[0]), min((share / self.white_v**2) ** (1.0 / self.slope), 0.3 * trace.rate_hz)
         if top <= 2.0 * low:
             return Colour()

@@ -6,8 +6,10 @@ The difference of two repeats of one stimulus holds no answer of the rig, only n
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from math import log
 
 import numpy as np
+from scipy.special import exprel
 
 from identify.noise import good, repeated
 from identify.trace import Array, Mask, Trace
@@ -18,6 +20,7 @@ HARMONICS = 10
 LOWEST = 3  # ordinates: what is left of drifts
 BANDS = 30  # a decade: the power law bends little in one
 LEAST = 400  # readings of a pair of repeats
+ONE_BY_ONE = 32  # lines whose powers are summed as they are
 
 
 @dataclass(frozen=True)
@@ -39,8 +42,23 @@ class Spectrum:
 
 def power_of(frequency_hz: Array, lines_hz: Array, white_v: float, sd_v: float, slope: float) -> Array:
     """Return the power of noise whose coloured part has rms ``sd_v`` over the lines of a recording, V^2."""
-    share = sd_v**2 / float(np.mean(lines_hz**-slope))
-    return np.asarray(white_v**2 + share * frequency_hz**-slope)
+    return np.asarray(white_v**2 + sd_v**2 / mean_law(lines_hz, slope) * frequency_hz**-slope)
+
+
+def mean_law(lines_hz: Array, slope: float) -> float:
+    """Return the mean of ``lines_hz`` to the power of -slope over lines that are evenly apart.
+
+    The first, where it falls much from line to line, one by one; the rest by the Euler-Maclaurin formula (DLMF 2.10.1).
+    """
+    few = lines_hz[:ONE_BY_ONE]
+    total = float(np.sum(few**-slope))
+    if lines_hz.size > few.size:
+        low, high, apart = float(few[-1]), float(lines_hz[-1]), float(few[-1] - few[-2])
+        folds = log(high / low)
+        total += low ** (1.0 - slope) * folds * float(exprel((1.0 - slope) * folds)) / apart
+        total += 0.5 * (high**-slope - low**-slope)
+        total -= apart * slope / 12.0 * (high ** (-slope - 1.0) - low ** (-slope - 1.0))
+    return total / lines_hz.size
 
 
 def lines_of(trace: Trace) -> Array:
