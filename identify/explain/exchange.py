@@ -5,6 +5,7 @@ found after it also covers for what it does wrongly: beside that other law, agai
 """
 
 from collections.abc import Sequence
+from math import inf
 from typing import TYPE_CHECKING
 
 from identify.effects.effect import Effect
@@ -21,29 +22,32 @@ LAPS = 12  # iterations after which an exchange that is far behind is not fitted
 FULLER = 500.0  # of chi-squared: by as much one more value of a law may bring it ahead
 
 
-def exchanged(bench: "Bench", hypothesis: Hypothesis, rounds: Sequence[Round]) -> Hypothesis:
+def exchanged(bench: "Bench", hypothesis: Hypothesis, rounds: Sequence[Round], needed: float = inf) -> Hypothesis:
     """Exchange single effects for what could not be excluded when they were chosen, where that pays.
 
     The last two together, too. Then each for a law of fewer numbers, where its own have come to where the two hardly
-    differ.
+    differ. Nothing is fitted to its end that is not about to bring chi-squared to what is ``needed``.
     """
     if len(rounds) > 1:
-        options = crossed(bench, hypothesis, *rounds[-2:])
+        options = crossed(bench, hypothesis, *rounds[-2:], needed=needed)
         hypothesis = max([hypothesis, *options], key=lambda h: h.advantage(hypothesis))
     for number, effect in enumerate(hypothesis.effects[:-1]):
         rest = {e.id for e in hypothesis.effects if e is not effect}
         rivals = [r for r in rounds[number].undecided if r.effects[-1].id not in rest][:EXCHANGED]
-        options = [swapped(bench, hypothesis, effect, r) for r in rivals if r.effects[-1] != effect]
+        options = [swapped(bench, hypothesis, effect, r, needed) for r in rivals if r.effects[-1] != effect]
         hypothesis = max([hypothesis, *options], key=lambda h: h.advantage(hypothesis))
     for effect in hypothesis.effects:
         hypothesis = plainer(bench, hypothesis, effect)
     return hypothesis
 
 
-def crossed(bench: "Bench", hypothesis: Hypothesis, before: Round, this: Round) -> list[Hypothesis]:
+def crossed(
+    bench: "Bench", hypothesis: Hypothesis, before: Round, this: Round, needed: float = inf
+) -> list[Hypothesis]:
     """Fit two laws in the place of the last two where these promise more: to first order, or in proportion to each.
 
     Either a rival of the round before and a law tried in this one, or two of the round before that do best by twos.
+    What is not about to reach the chi-squared ``needed`` is not fitted to its end.
     """
     base, promises = before.base, []
     for pair in before.pairs:
@@ -61,7 +65,7 @@ def crossed(bench: "Bench", hypothesis: Hypothesis, before: Round, this: Round) 
     others = [p for p in promises if p[0] < reach and {*p[2]} != {*hypothesis.effects}]
     worth = sorted(others, key=lambda p: p[0])[:CROSSED]
     found = [bench.fitted(chain, effects, LAPS) for _, chain, effects in worth]
-    near = [h.fit.converged or h.chi2 - h.hope > hypothesis.chi2 for h in found]
+    near = [h.fit.converged or h.chi2 - h.hope > min(hypothesis.chi2, needed) for h in found]
     ended = [h if done else bench.fitted(h.fit.chain, h.effects) for h, done in zip(found, near, strict=True)]
     return [h for h in ended if bench.possible(h)]
 
@@ -81,10 +85,13 @@ def plainer(bench: "Bench", hypothesis: Hypothesis, effect: Effect) -> Hypothesi
     return found if found.advantage(hypothesis) > 0.0 else hypothesis
 
 
-def swapped(bench: "Bench", hypothesis: Hypothesis, effect: Effect, rival: Hypothesis) -> Hypothesis:
+def swapped(
+    bench: "Bench", hypothesis: Hypothesis, effect: Effect, rival: Hypothesis, needed: float = inf
+) -> Hypothesis:
     """Fit ``hypothesis`` with one effect replaced by the last one of a rival, in the form that then does best.
 
-    Beside effects that were found later a law may tell more of its values than it did alone.
+    Beside effects that were found later a law may tell more of its values than it did alone. It is not fitted to its
+    end where it is not about to reach the chi-squared ``needed``.
     """
     law = rival.effects[-1]
     effects = hypothesis.effects_with(law, effect)
@@ -92,7 +99,8 @@ def swapped(bench: "Bench", hypothesis: Hypothesis, effect: Effect, rival: Hypot
 
     def fitted() -> Hypothesis:
         found = bench.fitted(bench.with_effects(effects, values), effects, LAPS)
-        if not found.fit.converged and found.advantage(hypothesis) > -COMPARED:
+        near = found.advantage(hypothesis) > -COMPARED and found.chi2 - found.hope < needed
+        if near and not found.fit.converged:
             return bench.fitted(found.fit.chain, effects)
         return found
 

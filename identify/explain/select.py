@@ -5,6 +5,7 @@ Forward selection, then backward deletion: each round takes the best further eff
 
 from collections.abc import Callable
 from dataclasses import replace
+from math import inf
 
 from identify.explain.bench import Bench
 from identify.explain.decide import decided
@@ -42,7 +43,8 @@ def selected(
         if number > 1 and not _belongs(start, this, part, least):  # then no exchange is likely to make it
             this = replace(this, tried=())
         if this.best is not None:
-            this = replace(this, settled=exchanged(bench, this.best, [*rounds, this]))
+            needed = this.base.chi2 - least if this.best.swell == 1.0 else inf
+            this = replace(this, settled=exchanged(bench, this.best, [*rounds, this], needed))
         if number == 1 and not _belongs(start, this, part, least):  # the first may have been mistaken: now it is not
             this = replace(this, tried=(), settled=None)
         rounds.append(this)
