@@ -29,7 +29,8 @@ def exchanged(bench: "Bench", hypothesis: Hypothesis, rounds: Sequence[Round], n
     differ. Nothing is fitted to its end that is not about to bring chi-squared to what is ``needed``.
     """
     if len(rounds) > 1:
-        options = crossed(bench, hypothesis, *rounds[-2:], needed=needed)
+        before, this = rounds[-2:]
+        options = crossed(bench, hypothesis, before, this, needed)
         hypothesis = max([hypothesis, *options], key=lambda h: h.advantage(hypothesis))
     for number, effect in enumerate(hypothesis.effects[:-1]):
         rest = {e.id for e in hypothesis.effects if e is not effect}

@@ -43,8 +43,7 @@ def selected(
         if number > 1 and not _belongs(start, this, part, least):  # then no exchange is likely to make it
             this = replace(this, tried=())
         if this.best is not None:
-            needed = this.base.chi2 - least if this.best.swell == 1.0 else inf
-            this = replace(this, settled=exchanged(bench, this.best, [*rounds, this], needed))
+            this = replace(this, settled=exchanged(bench, this.best, [*rounds, this], _needed(this.best, this, least)))
         if number == 1 and not _belongs(start, this, part, least):  # the first may have been mistaken: now it is not
             this = replace(this, tried=(), settled=None)
         rounds.append(this)
@@ -63,6 +62,11 @@ def _explainable(bench: Bench, base: Hypothesis) -> float:
     """Return how much of chi-squared there is to explain: what noise cannot make, or free-form corrections find."""
     found = max((s.gain - s.squares.size for s in suspects(bench.evidence(base))), default=0.0)
     return max(base.proven, found)
+
+
+def _needed(best: Hypothesis, this: Round, least: float) -> float:
+    """Return the chi-squared of what explains ``least``; infinity beside chance, of which no fall of it is asked."""
+    return this.base.chi2 - least if best.swell == 1.0 else inf
 
 
 def _belongs(start: Hypothesis, this: Round, part: float, least: float) -> bool:
