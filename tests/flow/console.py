@@ -3,8 +3,12 @@
 import os
 import subprocess
 import sys
+from contextlib import chdir, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
+
+from rig.cli import run_line
 
 COMMAND = (sys.executable, "-m", "rig.cli")
 LIMIT_S = 120.0
@@ -25,6 +29,13 @@ def rig(*arguments: str | Path, cwd: Path, limit_s: float = LIMIT_S) -> Ended:
         [*COMMAND, *map(str, arguments)], cwd=cwd, capture_output=True, text=True, timeout=limit_s, check=False
     )
     return Ended(done.returncode, done.stdout, done.stderr)
+
+
+def here(*arguments: str | Path, cwd: Path) -> Ended:
+    """Return how ``rig ARGUMENTS`` ended, typed in the folder ``cwd``, in this process: ten times as fast."""
+    with chdir(cwd), redirect_stdout(StringIO()) as out, redirect_stderr(StringIO()) as err:
+        code = run_line([str(a) for a in arguments])
+    return Ended(code, out.getvalue(), err.getvalue())
 
 
 def start(*arguments: str | Path, cwd: Path) -> subprocess.Popen[str]:

@@ -5,7 +5,7 @@ from pathlib import Path
 import h5py
 import pytest
 
-from tests.flow.console import protocol, refused, rig
+from tests.flow.console import here, protocol, refused, rig
 
 WRONG = [
     ("unit missing", ("amplitude: 5 V", "amplitude: 5"), 2, ("short.yaml:12: steps[1].sine.amplitude", "'5 V'")),
@@ -32,24 +32,24 @@ def test_a_wrong_protocol_is_refused_before_any_output(
     tmp_path: Path, command: str, change: tuple[str, str], code: int, words: tuple[str, ...]
 ) -> None:
     changes = [change, ("amplitude: 9.5 V", "amplitude: 11 V")] if "low" in change[1] else [change]
-    ended = rig(command, protocol(tmp_path, *changes).name, cwd=tmp_path)
+    ended = here(command, protocol(tmp_path, *changes).name, cwd=tmp_path)
     refused(ended, code, *words)
     assert [path.name for path in tmp_path.iterdir()] == ["short.yaml"]
 
 
 def test_a_kind_of_device_that_nothing_emulates_is_refused_with_those_that_can_be(tmp_path: Path) -> None:
-    refused(rig("emulate", "loopbak", cwd=tmp_path), 2, "nothing emulates", "loopbak", "allowed: ", "serial")
+    refused(here("emulate", "loopbak", cwd=tmp_path), 2, "nothing emulates", "loopbak", "allowed: ", "serial")
 
 
 def test_a_missing_protocol_and_an_unknown_device_are_refused(tmp_path: Path) -> None:
-    refused(rig("check", "nowhere.yaml", cwd=tmp_path), 2, "nowhere.yaml", "no such file")
+    refused(here("check", "nowhere.yaml", cwd=tmp_path), 2, "nowhere.yaml", "no such file")
     protocol(tmp_path)
-    refused(rig("check", "short.yaml", "--device", "loopbak:", cwd=tmp_path), 2, "did you mean 'loopback'?")
+    refused(here("check", "short.yaml", "--device", "loopbak:", cwd=tmp_path), 2, "did you mean 'loopback'?")
 
 
 def test_a_device_that_is_not_there_is_a_device_failure(tmp_path: Path) -> None:
     protocol(tmp_path)
-    refused(rig("run", "short.yaml", "--device", "serial:/dev/not-there", cwd=tmp_path), 3, "/dev/not-there")
+    refused(here("run", "short.yaml", "--device", "serial:/dev/not-there", cwd=tmp_path), 3, "/dev/not-there")
     assert [path.name for path in tmp_path.iterdir()] == ["short.yaml"]
 
 
@@ -83,22 +83,22 @@ def test_a_damaged_recording_is_refused(tmp_path: Path, recording: Path, kind: s
     copy = tmp_path / "copy.h5"
     copy.write_bytes(recording.read_bytes())
     damage(copy, kind)
-    refused(rig("explain", "copy.h5", cwd=tmp_path), 2, "copy.h5")
+    refused(here("explain", "copy.h5", cwd=tmp_path), 2, "copy.h5")
 
 
 def test_a_recording_without_rig_asks_for_one(tmp_path: Path) -> None:
     (tmp_path / "t.csv").write_text("u,y\n" + "".join(f"{k % 7},{k % 5}\n" for k in range(400)))
-    made = rig("import", "t.csv", "--input", "u", "--output", "y", "--rate", "1000", "--out", "t.h5", cwd=tmp_path)
+    made = here("import", "t.csv", "--input", "u", "--output", "y", "--rate", "1000", "--out", "t.h5", cwd=tmp_path)
     assert made.code == 0
-    refused(rig("identify", "t.h5", cwd=tmp_path), 2, "no rig is known", "--rig RIG.yaml")
+    refused(here("identify", "t.h5", cwd=tmp_path), 2, "no rig is known", "--rig RIG.yaml")
 
 
 def test_a_page_that_could_not_be_written_is_refused_at_once(tmp_path: Path, recording: Path) -> None:
-    refused(rig("explain", recording, "--report", "no/such/folder/r.html", cwd=tmp_path), 2, "no such folder")
+    refused(here("explain", recording, "--report", "no/such/folder/r.html", cwd=tmp_path), 2, "no such folder")
 
 
 def test_nothing_left_to_fit_is_refused(tmp_path: Path, recording: Path) -> None:
-    refused(rig("explain", recording, "--hold-out", recording, cwd=tmp_path), 2, "no run is left to fit")
+    refused(here("explain", recording, "--hold-out", recording, cwd=tmp_path), 2, "no run is left to fit")
 
 
 TABLES = [
@@ -114,14 +114,15 @@ TABLES = [
 @pytest.mark.parametrize(("text", "words"), [row[1:] for row in TABLES], ids=[row[0] for row in TABLES])
 def test_a_table_that_is_amiss_is_refused(tmp_path: Path, text: str, words: tuple[str, ...]) -> None:
     (tmp_path / "t.csv").write_text(text)
-    ended = rig("import", "t.csv", "--time", "t", "--input", "u", "--output", "y", "--out", "t.h5", cwd=tmp_path)
+    ended = here("import", "t.csv", "--time", "t", "--input", "u", "--output", "y", "--out", "t.h5", cwd=tmp_path)
     refused(ended, 2, *words)
     assert not (tmp_path / "t.h5").exists()
 
 
 def test_a_column_that_is_not_there_is_refused_with_the_nearest(tmp_path: Path) -> None:
     (tmp_path / "t.csv").write_text("Time,DAC,ADC\n0,1,2\n0.001,1,2\n")
-    ended = rig("import", "t.csv", "--time", "time", "--input", "DAC", "--output", "ADC", "--out", "t.h5", cwd=tmp_path)
+    columns = ("--time", "time", "--input", "DAC", "--output", "ADC")
+    ended = here("import", "t.csv", *columns, "--out", "t.h5", cwd=tmp_path)
     refused(ended, 2, "'time'", "'Time'")
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rig.recording import read
-from tests.flow.console import refused, rig
+from tests.flow.console import here, refused
 
 
 @pytest.fixture
@@ -19,7 +19,7 @@ def table(tmp_path: Path) -> str:
 
 
 def test_columns_may_be_named(tmp_path: Path, table: str) -> None:
-    ended = rig("import", table, "--time", "Time", "--input", "DAC", "--output", "ADC", "--out", "a.h5",
+    ended = here("import", table, "--time", "Time", "--input", "DAC", "--output", "ADC", "--out", "a.h5",
                 "--rig", "rigs/opamp_backlash.yaml", cwd=tmp_path)  # fmt: skip
     assert ended.code == 0, ended
     assert "500 samples at 1000 Hz" in ended.out
@@ -31,7 +31,7 @@ def test_columns_may_be_named(tmp_path: Path, table: str) -> None:
 
 def test_columns_may_be_numbered_and_rows_chosen(tmp_path: Path, table: str) -> None:
     options = ("--input", "2", "--output", "3", "--rate", "1000", "--intersample", "linear")
-    ended = rig("import", table, *options, "--rows", "100:300", "--out", "a.h5", cwd=tmp_path)
+    ended = here("import", table, *options, "--rows", "100:300", "--out", "a.h5", cwd=tmp_path)
     assert ended.code == 0, ended
     kept = read(tmp_path / "a.h5")
     assert kept.u.size == 200
@@ -41,7 +41,7 @@ def test_columns_may_be_numbered_and_rows_chosen(tmp_path: Path, table: str) -> 
 
 
 def test_a_wrong_range_of_rows_is_refused(tmp_path: Path, table: str) -> None:
-    ended = rig("import", table, "--input", "2", "--output", "3", "--rate", "1000", "--rows", "5-9", "--out", "a.h5",
+    ended = here("import", table, "--input", "2", "--output", "3", "--rate", "1000", "--rows", "5-9", "--out", "a.h5",
                 cwd=tmp_path)  # fmt: skip
     assert ended.code == 2
     assert "FIRST:STOP" in ended.err
@@ -59,8 +59,8 @@ def test_an_imported_linear_circuit_is_identified_with_its_rig(tmp_path: Path) -
         "spec: 1\nrig: lag\nG1: {num: [1], den: [0.02, 1]}\nF: linear\nG2: {num: [1], den: [1]}\nnoise: 1 mV\n"
     )
     columns = ("--input", "u", "--output", "y", "--rate", "1000", "--rig", "rig.yaml")
-    assert rig("import", "t.csv", *columns, "--out", "t.h5", cwd=tmp_path).code == 0
-    ended = rig("identify", "t.h5", "--json", "t.json", cwd=tmp_path)
+    assert here("import", "t.csv", *columns, "--out", "t.h5", cwd=tmp_path).code == 0
+    ended = here("identify", "t.h5", "--json", "t.json", cwd=tmp_path)
     assert ended.code == 0, ended
     assert "F is a straight line: w = 0.9" in ended.out
     found = json.loads((tmp_path / "t.json").read_text(encoding="utf-8"))
@@ -72,10 +72,10 @@ def test_an_imported_linear_circuit_is_identified_with_its_rig(tmp_path: Path) -
 
 def test_a_recording_goes_out_and_comes_back(tmp_path: Path, recording: Path) -> None:
     out = tmp_path / "out.csv"
-    ended = rig("export", recording, "--to", "csv", "--out", out, cwd=tmp_path)
+    ended = here("export", recording, "--to", "csv", "--out", out, cwd=tmp_path)
     assert ended.code == 0, ended
     assert f"back with `rig import {out} --out RUN.h5`" in ended.out
-    assert rig("import", out, "--out", "back.h5", cwd=tmp_path).code == 0
+    assert here("import", out, "--out", "back.h5", cwd=tmp_path).code == 0
     assert (tmp_path / "back.h5").read_bytes() == recording.read_bytes()
 
 
@@ -83,9 +83,9 @@ def test_what_was_understood_and_what_is_lost_is_said(tmp_path: Path) -> None:
     rows = "".join(f"{k};{k % 5};{1000 * np.sin(k / 9):.3f}\n".replace(".", ",") for k in range(300) if k != 90)
     (tmp_path / "scope.csv").write_text(f"Time (ms);u;y [mV]\n{rows}")
     columns = ("--time", "Time", "--input", "u", "--output", "y", "--out", "a.h5")
-    refused(rig("import", "scope.csv", *columns, cwd=tmp_path), 2, "scope.csv:92: the time base is broken: 0.091 s",
+    refused(here("import", "scope.csv", *columns, cwd=tmp_path), 2, "scope.csv:92: the time base is broken: 0.091 s",
             "in all 1 x gap", "--gaps lost")  # fmt: skip
-    ended = rig("import", "scope.csv", *columns, "--gaps", "lost", cwd=tmp_path)
+    ended = here("import", "scope.csv", *columns, "--gaps", "lost", cwd=tmp_path)
     assert ended.code == 0, ended
     assert "300 samples at 1000 Hz" in ended.out
     assert "understood  decimal commas, first in line 2" in ended.out
