@@ -126,13 +126,29 @@ def without_chance(
 
 
 def _hanging(chain: Chain, observations: Sequence[Observation]) -> float:
-    """Return how much of chi-squared readings have in common with the next ones, 0 where chance may make it."""
+    """Return how much of chi-squared readings have in common with the next ones and not with those of a repeat.
+
+    0 where chance may make what they have in common; all of it where nothing was repeated.
+    """
     common, count = 0.0, 0
     for o in observations:
         left, both = _white(o, o.residual(chain)), o.use[:-1] & o.use[1:]
         common += float(np.sum(left[:-1] * left[1:], where=both))
         count += int(np.count_nonzero(both))
-    return common if common > HANGS * sqrt(count) else 0.0
+    return common * _anew(chain, observations) if common > HANGS * sqrt(count) else 0.0
+
+
+def _anew(chain: Chain, observations: Sequence[Observation]) -> float:
+    """Return the share, 1 at most, of what readings have in common with the next ones that no repeat has again."""
+    total, changed = 0.0, 0.0
+    for o in observations:
+        residual = o.residual(chain)
+        white, answer = _white(o, residual), (o.trace.y[:] - residual) / o.noise_v
+        for a, b, both in _compared(o, white, answer):
+            next_too, apart = both[:-1] & both[1:], a - b
+            total += 0.5 * float(np.sum(a[:-1] * a[1:] + b[:-1] * b[1:], where=next_too))
+            changed += 0.5 * float(np.sum(apart[:-1] * apart[1:], where=next_too))
+    return min(max(changed / total, 0.0), 1.0) if total > 0.0 else 1.0
 
 
 def _beyond(chain: Chain, observations: Sequence[Observation]) -> float:
@@ -178,15 +194,20 @@ def _misfit_of_repeats(chain: Chain, observations: Sequence[Observation]) -> tup
     total, changed, count = 0.0, 0.0, 0
     for o in observations:
         residual = o.residual(chain)
-        answer, residual = (o.trace.y[:] - residual) / o.noise_v, _white(o, residual)
-        for once, again in _repeats(o):
-            both = o.use[once] & o.use[again] & (np.abs(answer[once] - answer[again]) < 1.0)
-            a, b = residual[once][both], residual[again][both]
-            total += 0.5 * float(a @ a + b @ b)
-            changed += 0.5 * float(np.sum(np.square(a - b)))
-            count += a.size
+        white, answer = _white(o, residual), (o.trace.y[:] - residual) / o.noise_v
+        for a, b, both in _compared(o, white, answer):
+            total += 0.5 * float(np.sum(np.square(a) + np.square(b), where=both))
+            changed += 0.5 * float(np.sum(np.square(a - b), where=both))
+            count += int(np.count_nonzero(both))
     beyond = total - count
     return (changed - count, beyond) if count and beyond > 6.0 * np.sqrt(2.0 * count) else (0.0, 0.0)
+
+
+def _compared(observation: Observation, white: Array, answer: Array) -> Iterator[tuple[Array, Array, Mask]]:
+    """Yield what is left of a stretch and of its repeat, and where the model answers both alike and both count."""
+    for once, again in _repeats(observation):
+        alike = np.abs(answer[once] - answer[again]) < 1.0
+        yield white[once], white[again], observation.use[once] & observation.use[again] & alike
 
 
 def _repeats(observation: Observation) -> Iterator[tuple[slice, slice]]:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from identify.chain import simulate
 from identify.effects import catalogue, chain_of
 from identify.evidence import Evidence
 from identify.explain.bench import Bench
@@ -118,6 +119,21 @@ def test_no_more_is_chance_than_differs_from_repeat_to_repeat():
     found = beside(bench, NOISY, {"sd": SD_V, "bandwidth": BANDWIDTH_HZ})
     raw = sum(chi_squared(found.fit.chain, o) for o in bench.observations)
     assert raw - found.chi2 < 0.05 * (raw - found.count)
+
+
+@pytest.mark.parametrize(("anew", "least", "most"), [(False, 0.0, 0.2), (True, 0.7, 1.3)], ids=["alike", "anew"])
+def test_what_hangs_together_alike_in_every_repeat_makes_no_larger_noise_chance(anew, least, most):
+    """The noise is 4 % larger than it was taken for, and a line is beside it that repeats have alike or upside down."""
+    chain = NOISY.put_in(chain_of(model_of(OP_AMP)), {"sd": SD_V, "bandwidth": BANDWIDTH_HZ})
+    trace = seen(()).trace
+    late = np.arange(trace.size) >= trace.size // 2
+    line = 0.5 * NOISE_V * np.sin(2.0 * np.pi * 20.0 * np.arange(trace.size) / trace.rate_hz)
+    noise = 1.04 * NOISE_V * np.random.default_rng(5).standard_normal(trace.size)
+    y = simulate(chain, trace, 4) + np.where(late & anew, -line, line) + noise
+    run = observed(replace(trace, y=y), NOISE_V, 4)
+    left, _ = without_chance(chain, (NOISY,), (run,), 1e-3)
+    chi2 = chi_squared(chain, run)
+    assert least * (chi2 - run.count) <= chi2 - left <= most * (chi2 - run.count)
 
 
 @pytest.mark.parametrize("stimulus", [
