@@ -1,12 +1,16 @@
-"""Which examples do property tests look at, where do tests lock ports, which calibrations and browser are there?
+"""Which examples do property tests look at, where do tests lock ports, who goes first, which browser is there?
 
 The same examples every time: what passes here passes there. Every process of tests locks ports in a folder of its own:
 devices emulated inside a test have one name in all of them. No test finds a calibration that somebody made here.
+
+Tests of devices go before all that computes, as far as the machine allows: a device does not wait. Lines are not counted
+in whole answers, which takes a third of their time again; tests of less run every one of them.
 """
 
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import pytest
@@ -23,6 +27,38 @@ settings.load_profile("fixed")
 os.environ[FOLDER_VARIABLE] = tempfile.mkdtemp(prefix="rig-ports-")
 os.environ[stopping.FOLDER_VARIABLE] = os.path.join(os.environ[FOLDER_VARIABLE], "bells")
 os.environ[calibration.FOLDER_VARIABLE] = os.path.join(os.environ[FOLDER_VARIABLE], "no calibrations")
+
+
+OF_DEVICES = ("wire", "contract", "hardware")
+USUAL, FIRST = os.getpriority(os.PRIO_PROCESS, 0), -10  # niceness of tests, and of those of devices with all they start
+UNCOUNTED = ("proof", "benchmarks", "test_real_recordings.py")
+COUNTING = "COVERAGE_PROCESS_CONFIG"  # the variable that has processes count lines
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Leave lines of whole answers uncounted."""
+    for item in items:
+        if set(UNCOUNTED) & {*item.path.parts}:
+            item.add_marker(pytest.mark.no_cover)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
+    """Let tests of devices go first, and have no process of an uncounted test count lines."""
+    counting = os.environ.pop(COUNTING, None) if item.get_closest_marker("no_cover") else None
+    _nice(FIRST if set(OF_DEVICES) & {*item.path.parts} else USUAL)
+    try:
+        return (yield)
+    finally:
+        _nice(USUAL)
+        if counting is not None:
+            os.environ[COUNTING] = counting
+
+
+def _nice(value: int) -> None:
+    """Set the niceness of this process, where that is allowed."""
+    with suppress(PermissionError):
+        os.setpriority(os.PRIO_PROCESS, 0, value)
 
 
 @pytest.fixture(scope="session")

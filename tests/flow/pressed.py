@@ -46,7 +46,7 @@ LINES: dict[str, tuple[str, ...]] = {
 PLAYS = {0: "whole", 4: "stopped while it played", 130: "stopped before or after"}
 ENDS = {
     "run": PLAYS, "calibrate": PLAYS, "demo": PLAYS,
-    "emulate": {0: "stopped"},
+    "emulate": {0: "stopped", 130: "stopped before it offered anything"},
 }  # fmt: skip
 """What a command may end with, where that is not 0 or 130."""
 
