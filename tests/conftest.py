@@ -3,8 +3,8 @@
 The same examples every time: what passes here passes there. Every process of tests locks ports in a folder of its own:
 devices emulated inside a test have one name in all of them. No test finds a calibration that somebody made here.
 
-Tests of devices go before all that computes, as far as the machine allows: a device does not wait. Lines are not counted
-in whole answers, which takes a third of their time again; tests of less run every one of them.
+Tests of devices go before all that computes, as far as the machine allows: a device does not wait. Lines are not
+counted in whole answers, which takes a third of their time again; tests of less run every one of them.
 """
 
 import os
