@@ -31,7 +31,7 @@ os.environ[calibration.FOLDER_VARIABLE] = os.path.join(os.environ[FOLDER_VARIABL
 
 OF_DEVICES = ("wire", "contract", "hardware")
 USUAL, FIRST = os.getpriority(os.PRIO_PROCESS, 0), -10  # niceness of tests, and of those of devices with all they start
-UNCOUNTED = ("proof", "benchmarks", "test_real_recordings.py")
+UNCOUNTED = ("proof", "benchmarks", "test_real_recordings.py", "test_pressed.py")  # a signal may meet the count's lock
 COUNTING = "COVERAGE_PROCESS_CONFIG"  # the variable that has processes count lines
 
 
