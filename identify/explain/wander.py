@@ -130,11 +130,8 @@ def _hanging(chain: Chain, observations: Sequence[Observation]) -> float:
 
     0 where chance may make what they have in common; all of it where nothing was repeated.
     """
-    common, count = 0.0, 0
-    for o in observations:
-        left, both = _white(o, o.residual(chain)), o.use[:-1] & o.use[1:]
-        common += float(np.sum(left[:-1] * left[1:], where=both))
-        count += int(np.count_nonzero(both))
+    common = sum(_in_common(_white(o, o.residual(chain)), o.use) for o in observations)
+    count = sum(int(np.count_nonzero(o.use[:-1] & o.use[1:])) for o in observations)
     return common * _anew(chain, observations) if common > HANGS * sqrt(count) else 0.0
 
 
@@ -142,13 +139,15 @@ def _anew(chain: Chain, observations: Sequence[Observation]) -> float:
     """Return the share, 1 at most, of what readings have in common with the next ones that no repeat has again."""
     total, changed = 0.0, 0.0
     for o in observations:
-        residual = o.residual(chain)
-        white, answer = _white(o, residual), (o.trace.y[:] - residual) / o.noise_v
-        for a, b, both in _compared(o, white, answer):
-            next_too, apart = both[:-1] & both[1:], a - b
-            total += 0.5 * float(np.sum(a[:-1] * a[1:] + b[:-1] * b[1:], where=next_too))
-            changed += 0.5 * float(np.sum(apart[:-1] * apart[1:], where=next_too))
+        for once, again, both in _compared(chain, o):
+            total += 0.5 * (_in_common(once, both) + _in_common(again, both))
+            changed += 0.5 * _in_common(once - again, both)
     return min(max(changed / total, 0.0), 1.0) if total > 0.0 else 1.0
+
+
+def _in_common(values: Array, use: Mask) -> float:
+    """Return the sum of the products of neighbours that both count."""
+    return float(np.sum(values[:-1] * values[1:], where=use[:-1] & use[1:]))
 
 
 def _beyond(chain: Chain, observations: Sequence[Observation]) -> float:
@@ -193,18 +192,18 @@ def _misfit_of_repeats(chain: Chain, observations: Sequence[Observation]) -> tup
     """
     total, changed, count = 0.0, 0.0, 0
     for o in observations:
-        residual = o.residual(chain)
-        white, answer = _white(o, residual), (o.trace.y[:] - residual) / o.noise_v
-        for a, b, both in _compared(o, white, answer):
-            total += 0.5 * float(np.sum(np.square(a) + np.square(b), where=both))
-            changed += 0.5 * float(np.sum(np.square(a - b), where=both))
+        for once, again, both in _compared(chain, o):
+            total += 0.5 * float(np.sum(np.square(once) + np.square(again), where=both))
+            changed += 0.5 * float(np.sum(np.square(once - again), where=both))
             count += int(np.count_nonzero(both))
     beyond = total - count
     return (changed - count, beyond) if count and beyond > 6.0 * np.sqrt(2.0 * count) else (0.0, 0.0)
 
 
-def _compared(observation: Observation, white: Array, answer: Array) -> Iterator[tuple[Array, Array, Mask]]:
+def _compared(chain: Chain, observation: Observation) -> Iterator[tuple[Array, Array, Mask]]:
     """Yield what is left of a stretch and of its repeat, and where the model answers both alike and both count."""
+    residual = observation.residual(chain)
+    white, answer = _white(observation, residual), (observation.trace.y[:] - residual) / observation.noise_v
     for once, again in _repeats(observation):
         alike = np.abs(answer[once] - answer[again]) < 1.0
         yield white[once], white[again], observation.use[once] & observation.use[again] & alike

@@ -20,6 +20,8 @@ from tests.flow.console import PROTOCOL
 
 AGAIN_S, TIMES = 1.0, 5
 """Ctrl-C is pressed again where a compiled library swallowed it, as an operator would."""
+LATEST_S = 60.0
+"""Ctrl-C is pressed after this long on a command that should say something first and does not."""
 NEVER = 1e9
 LONG = PROTOCOL.replace("periods: 3}", "periods: 300}").replace("periods: 6}", "periods: 600}")
 LINES: dict[str, tuple[str, ...]] = {
@@ -72,12 +74,15 @@ class Bench:
         )
         assert self._answer() == "ready"
 
-    def stopped(self, command: str, after_s: float) -> Left:
-        """Return how a command ended that was stopped after so long; what it wrote is then in ``new``."""
+    def stopped(self, command: str, after_s: float, offered: bool = False) -> Left:
+        """Return how a command ended that was stopped after so long, and not before it said something where asked.
+
+        What it wrote is then in ``new``.
+        """
         for path in sorted((self.folder / "new").rglob("*"), reverse=True):
             path.rmdir() if path.is_dir() else path.unlink()
         assert self._process.stdin is not None
-        self._process.stdin.write(json.dumps([LINES[command], after_s]) + "\n")
+        self._process.stdin.write(json.dumps([LINES[command], after_s, offered]) + "\n")
         self._process.stdin.flush()
         told: Any = self._answer()
         return Left(**told)
@@ -141,8 +146,7 @@ def serve(folder: str) -> None:
     os.chdir(folder)
     print(json.dumps("ready"), flush=True)
     for line in sys.stdin:
-        arguments, after_s = json.loads(line)
-        print(json.dumps(asdict(_stopped(arguments, after_s))), flush=True)
+        print(json.dumps(asdict(_stopped(*json.loads(line)))), flush=True)
 
 
 def _load() -> None:
@@ -161,8 +165,10 @@ def _load() -> None:
         make()
 
 
-def _stopped(arguments: list[str], after_s: float) -> Left:
+def _stopped(arguments: list[str], after_s: float, offered: bool) -> Left:
     """Start a command, press Ctrl-C, and return how it ended."""
+    out = Path("out.txt")
+    out.unlink(missing_ok=True)
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # until the command has its own way with it
     began = time.monotonic()
     child = os.fork()
@@ -172,14 +178,15 @@ def _stopped(arguments: list[str], after_s: float) -> Left:
     pressed, next_s, code = 0, after_s, None
     while code is None:
         now = time.monotonic() - began
-        if now >= next_s and pressed < TIMES:
+        silent = offered and now < LATEST_S and not (out.exists() and out.stat().st_size)
+        if now >= next_s and pressed < TIMES and not silent:
             os.kill(child, signal.SIGINT)
             pressed, next_s = pressed + 1, now + AGAIN_S
         done, status = os.waitpid(child, os.WNOHANG)
         code = os.waitstatus_to_exitcode(status) if done else None
         time.sleep(0.002)
-    out, err = (Path(name).read_text(encoding="utf-8") for name in ("out.txt", "err.txt"))
-    return Left(code, out, err, time.monotonic() - began, pressed)
+    said, err = (path.read_text(encoding="utf-8") for path in (out, Path("err.txt")))
+    return Left(code, said, err, time.monotonic() - began, pressed)
 
 
 def _become(arguments: list[str]) -> None:

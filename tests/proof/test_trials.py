@@ -107,11 +107,13 @@ def test_physics_outside_the_library_is_proven_and_located_but_not_named(case: C
         assert [(f.id, f.stage) for f in found.effects] == [("unnamed", PLACED[case.name])]
 
 
-def test_without_its_effect_in_the_catalogue_physics_ends_unnamed() -> None:
-    (case,) = (c for c in LIBRARY if c.name == "plateau_droop, bias current")
+@pytest.mark.parametrize("kind", ["saturation", "plateau_droop, bias current"])
+def test_without_its_effect_in_the_catalogue_physics_ends_unnamed(kind: str) -> None:
+    (case,) = (c for c in LIBRARY if c.name == kind)
     (truth,) = case.expected
     found = told(case, truth.id)
     assert found.verdict == "unexplained"
-    assert [f.id for f in found.effects] == ["unnamed"]
+    shown = [f.id for f in found.effects]  # the corner of a rail is sharper than a free-form map: it may prove none
+    assert shown == ["unnamed"] or (kind == "saturation" and shown == [])
     assert found.location is not None
     assert truth.stage in (found.location.stage, *found.location.alternatives)
