@@ -53,13 +53,18 @@ def selected(
         finer = bench.fine_enough(this.best)
         best = this.best if finer is bench else finer.fitted(this.best.fit.chain, this.best.effects)
         bench = finer
-        if all_wanders(best, bench.observations):
+        if all_wanders(best, bench.observations) and not best.proven:
             break
     return bench, bench.pruned(best), rounds
 
 
 def _explainable(bench: Bench, base: Hypothesis) -> float:
-    """Return how much of chi-squared there is to explain: what noise cannot make, or free-form corrections find."""
+    """Return how much of chi-squared there is to explain: what noise cannot make, or free-form corrections find.
+
+    Beside chance these find mostly what it makes, which no law foretells.
+    """
+    if base.swell > 1.0:
+        return base.proven
     found = max((s.gain - s.squares.size for s in suspects(bench.evidence(base))), default=0.0)
     return max(base.proven, found)
 
