@@ -15,7 +15,7 @@ from identify.explain.round import COMPARED, Round
 if TYPE_CHECKING:
     from identify.explain.bench import Bench
 
-EXCHANGED = 4  # rivals that an effect chosen early is exchanged for
+EXCHANGED = 7  # rivals that an effect chosen early is exchanged for
 CROSSED = 3  # pairs of laws that are fitted in the place of the last two
 MISTAKEN = 0.02  # of what was explained: by as much first order may be mistaken about such a pair
 LAPS = 12  # iterations after which an exchange that is far behind is not fitted further

@@ -21,7 +21,7 @@ from identify.stage import Place
 Kind = tuple[str, Place]
 MENTIONED = 0.02  # an alternative less likely than this is excluded
 MOST = 3  # names in all
-WEIGHED = 6  # rivals that are fitted beside the other effects found
+WEIGHED = 8  # rivals that are fitted beside the other effects found
 UNHEARD = 0.1  # share of what goes wrong in circuits that no catalogue lists: an assumption
 OTHERWISE = 0.05  # how often the right law leaves something that shows: values in a rig file, a second small effect
 UNSEEN = 9.0  # of chi-squared: what may be left of a mismatch without anybody seeing it

@@ -58,15 +58,15 @@ class Round:
 
     @property
     def undecided(self) -> tuple[Hypothesis, ...]:
-        """Return the best of every id that a further effect may bring ahead: the winner leaves more than its lead.
+        """Return the best of every kind that a further effect may bring ahead: the winner leaves more than its lead.
 
         The winner's own values may stand in for what is not found yet.
         """
         left = max((h.chi2 - h.count for h in self.tried[:1]), default=0.0)
-        found: dict[str, Hypothesis] = {}
+        found: dict[tuple[str, Place], Hypothesis] = {}
         for h in self.tried:
             if self.lead(h) > HOPELESS or h.chi2 - self.tried[0].chi2 < left:
-                found.setdefault(h.effects[-1].id, h)
+                found.setdefault((h.effects[-1].id, h.effects[-1].place), h)
         return tuple(found.values())
 
     @property
