@@ -26,7 +26,7 @@ DIFFERENCE = 1e-5  # step of the differences, in search coordinates
 class Sensitivities:
     """Residuals and slopes of one run in units of the noise, chunk by chunk.
 
-    ``chunks`` yields the residual (n,) of the samples that count, and rows (n, 8 m) that are overwritten by the next
+    ``chunks`` yields the residual (n,) of the samples that count, and rows (n, m) that are overwritten by the next
     chunk's; ``columns`` says where in a row the slopes of the answer by the searched numbers stand, in their order.
     """
 
@@ -39,7 +39,10 @@ class Sensitivities:
         for residual, rows in self.chunks:
             if not right.size:
                 products, right = np.zeros((rows.shape[1], rows.shape[1])), np.zeros(rows.shape[1])
-            lane_kernels.add_products(rows, products)
+            if rows.flags.c_contiguous and rows.shape[1] % WIDTH == 0:
+                lane_kernels.add_products(rows, products)
+            else:
+                products += rows.T @ rows
             right += residual @ rows
         full = np.triu(products) + np.triu(products, 1).T
         at = np.array(self.columns, dtype=np.intp)
@@ -97,16 +100,18 @@ def _from_differences(chain: Chain, scales: Scales, observation: Observation) ->
     firsts = [chain.first_difference(other, grid.run) for other in varied]
     others = [other.begin(grid, first) for other, first in zip(varied, firsts, strict=True)]
     white, every = _whitening(observation), grid.substeps
+    lines, steps = np.zeros((len(varied), 0)), 1.0 / (DIFFERENCE * observation.noise_v)
     for piece in observation.pieces():
         passed: list[Block] = [piece.entering]
         for stage in base:
             passed.append(advance(stage, passed[-1]))
         answer = passed[-1].signal[::every]
-        rows = np.zeros((answer.size, -(-len(varied) // WIDTH) * WIDTH))
-        for k, (first, runs) in enumerate(zip(firsts, others, strict=True)):
-            if runs:
-                block = passed[first]
-                for stage in runs:
-                    block = advance(stage, block)
-                rows[:, k] = (block.signal[::every] - answer) / (DIFFERENCE * observation.noise_v)
-        yield white((piece.y - answer) / observation.noise_v, rows, piece.use)
+        if lines.shape[1] < answer.size:  # of one number after the other: written and multiplied in long stretches
+            lines = np.zeros((len(varied), answer.size))
+        for line, first, runs in zip(lines[:, : answer.size], firsts, others, strict=True):
+            block = passed[first]
+            for stage in runs:
+                block = advance(stage, block)
+            np.subtract(block.signal[::every], answer, out=line)
+            line *= steps
+        yield white((piece.y - answer) / observation.noise_v, lines[:, : answer.size].T, piece.use)
