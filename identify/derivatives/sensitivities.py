@@ -112,6 +112,5 @@ def _from_differences(chain: Chain, scales: Scales, observation: Observation) ->
             block = passed[first]
             for stage in runs:
                 block = advance(stage, block)
-            np.subtract(block.signal[::every], answer, out=line)
-            line *= steps
+            np.multiply(block.signal[::every] - answer, steps, out=line)
         yield white((piece.y - answer) / observation.noise_v, lines[:, : answer.size].T, piece.use)

@@ -147,7 +147,7 @@ class Bench:
         worth = promising(hopes, len(screened), runs)
         tried = self.raced(base, worth)
         late = outdone(hopes, worth, base.chi2 - min((h.chi2 for h in tried), default=base.chi2)) if tried else []
-        worth, tried = [*worth, *late], self.doubled(base, [*tried, *self.raced(base, late)])
+        worth, tried = [*worth, *late], self.doubled(base, [*tried, *self.raced(base, late)], least)
         left_over = min((h.misfit for h in tried), default=base.misfit)
         if not left_over < self.noise_known < base.misfit:
             wanders = unrepeated(base.fit.chain, self.observations)
@@ -191,13 +191,14 @@ class Bench:
             found = lap
         return found
 
-    def doubled(self, base: Hypothesis, tried: Sequence[Hypothesis]) -> list[Hypothesis]:
+    def doubled(self, base: Hypothesis, tried: Sequence[Hypothesis], least: float = 0.0) -> list[Hypothesis]:
         """Fit what came near the best again with its effect twice as strong, where the best leaves more than noise.
 
-        Plain values that were moved to stand in for a lag hold part of it back: a minimum with half of each.
+        Plain values that were moved to stand in for a lag hold part of it back: a minimum with half of each. Twice as
+        strong it explains four times as much; where that is less than ``least``, it is not asked.
         """
         found = sorted(tried, key=lambda h: h.chi2)
-        if not found or found[0].misfit < self.noise_known:
+        if not found or found[0].misfit < self.noise_known or 4.0 * (base.chi2 - found[0].chi2) < least:
             return found
         reach = found[0].chi2 + FAR * (base.chi2 - found[0].chi2)
         for number, h in enumerate(found[:DOUBLED]):
@@ -220,11 +221,13 @@ class Bench:
                 found.append(self.reformed(h, h.effects[-1], more))
         return found
 
-    def reformed(self, hypothesis: Hypothesis, effect: Effect, form: Effect) -> Hypothesis:
+    def reformed(
+        self, hypothesis: Hypothesis, effect: Effect, form: Effect, iterations: int = ITERATIONS
+    ) -> Hypothesis:
         """Fit ``hypothesis`` with another form of one of its effects, from the values it has."""
         effects = hypothesis.effects_with(form, effect)
         chain = self.with_effects(effects, hypothesis.fit.chain.values)
-        return self.fitted(form.completed(chain, Evidence(hypothesis.fit, self.observations)), effects)
+        return self.fitted(form.completed(chain, Evidence(hypothesis.fit, self.observations)), effects, iterations)
 
     def continued(self, hypothesis: Hypothesis) -> Hypothesis:
         """Fit a hypothesis a few iterations further from where it is."""

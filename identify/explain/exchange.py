@@ -108,4 +108,16 @@ def swapped(
     found = bench.once(effects, fitted)
     if found.chi2 - hypothesis.chi2 > FULLER:
         return found
-    return max([found, *(bench.reformed(found, law, form) for form in law.fuller())], key=lambda h: h.advantage(found))
+    return max([found, *(_filled(bench, found, law, form) for form in law.fuller())], key=lambda h: h.advantage(found))
+
+
+def _filled(bench: "Bench", found: Hypothesis, law: Effect, form: Effect) -> Hypothesis:
+    """Fit a fuller form of a law, to its end where it is about to explain more than the law, which it contains."""
+
+    def fitted() -> Hypothesis:
+        begun = bench.reformed(found, law, form, LAPS)
+        if begun.fit.converged or begun.chi2 - begun.hope > found.chi2:
+            return begun
+        return bench.fitted(begun.fit.chain, begun.effects)
+
+    return bench.once(found.effects_with(form, law), fitted)
