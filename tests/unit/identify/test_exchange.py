@@ -7,7 +7,7 @@ import pytest
 from identify.candidates import Candidate
 from identify.effects import catalogue, chain_of
 from identify.explain.bench import Bench
-from identify.explain.exchange import crossed, exchanged, plainer, swapped
+from identify.explain.exchange import LAPS, crossed, exchanged, plainer, swapped
 from identify.explain.locate import Located
 from identify.explain.promise import promised, together
 from identify.explain.rivals import odds
@@ -58,6 +58,19 @@ def test_a_law_is_exchanged_for_another_in_the_form_that_does_best_beside_the_re
     assert found.effects == (BOTH, BYPASS)
     assert found.fit.chain.values["plateau_droop.current"] > 1.0
     assert exchanged(droops, chosen, [first]).effects == (BOTH, BYPASS)
+
+
+def test_a_fuller_form_is_fitted_once_and_to_its_end_only_where_it_may_do_better(
+    droops: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    there, asked = replace(droops, known={}), []
+    chosen = there.fitted(there.with_effects((CREEP, BYPASS), TRUTH), (CREEP, BYPASS))
+    alone = there.fitted(there.with_effects((LEAK,), TRUTH), (LEAK,))
+    worse = replace(chosen, effects=(BOTH, BYPASS), chi2=10.0 * chosen.chi2)
+    monkeypatch.setattr(Bench, "reformed", lambda self, found, law, form, laps: asked.append((form, laps)) or worse)
+    for _ in range(2):
+        assert swapped(there, chosen, CREEP, alone).effects == (LEAK, BYPASS)
+    assert asked == [(BOTH, LAPS)]
 
 
 def test_a_law_tried_late_is_fitted_beside_what_the_law_before_it_could_not_exclude(droops: Bench) -> None:

@@ -148,6 +148,26 @@ def test_what_a_further_effect_may_bring_ahead_is_undecided(bench):
         assert tuple(h.effects[-1].id for h in this.undecided) == names
 
 
+def test_a_law_is_undecided_at_every_place_of_its_own(bench):
+    base, won = bench.fitted(bench.plain, ()), fitted(bench, RAIL)
+    lags = [replace(won, effects=(catalogue()["resonance"](place),)) for place in (Place.G2, Place.G1, Place.G2)]
+    assert Round(base, (), (won, *lags)).undecided == (won, *lags[:2])
+
+
+@pytest.mark.parametrize(("key", "alone", "names"), [
+    (Key(27, "pair", "pair", 5), set(), {"process_noise", "dac_quantisation"}),  # most of the misfit is chance
+    (Key(28, "pair", "pair", 1), {"extra_pole", "rate_dependent_gap"}, {"resonance", "plateau_tilt"}),
+], ids=["beside chance", "at another place"])  # fmt: skip
+def test_both_of_two_are_found(key, alone, names):
+    trial = drawn(key, known_effects())
+    train, test = parted(record(trial))
+    model = model_of(trial.nominal)
+    there, plain = prepared(model, split(model, train, test), list(set(known_effects()) - names - alone))
+    _, found, _ = selected(there, plain, lambda sentence, share: None)
+    assert set(found.names) == names
+    assert {(f.id, f.stage) for f in trial.expected} == {(e.id, e.place.label) for e in found.effects}
+
+
 def test_a_lag_of_which_the_plain_values_hold_back_a_part_is_found_from_twice_its_length():
     rig = replace(
         RC, g1_num=(1.0,), g1_den=(0.01257, 1.0), s_l=3.355, s_u=3.355, d_l_v=1.782, d_u_v=-1.202, g2_num=(1.0,),
@@ -167,6 +187,8 @@ def test_a_lag_of_which_the_plain_values_hold_back_a_part_is_found_from_twice_it
     assert abs(found.misfit) < 0.1
     assert found.fit.chain.values["source_pole.tau"] == pytest.approx(4e-3, rel=1e-3)
     assert bench.doubled(base, [found]) == [found]  # with nothing left there is nothing to look for
+    fall = base.chi2 - held.chi2
+    assert bench.doubled(base, [held], 5.0 * fall) == [held]  # twice as strong it explains four times as much
 
 
 def test_what_first_order_does_not_foresee_is_fitted_where_its_start_gains_much(bench):
@@ -206,6 +228,7 @@ def test_a_further_law_explains_its_part_of_what_is_proven_and_of_what_correctio
     base = replace(start, effects=(BYPASS,), chi2=1.2e5)
     law = replace(base, effects=(BYPASS, RAIL), chi2=1.14e5)  # 30 % of what is left
     assert _belongs(start, Round(base, (), (law,)), part, part * _explainable(bench, base)) is belongs
+    assert _explainable(bench, replace(base, swell=9.0)) == base.proven  # corrections find most of all what chance made
 
 
 def test_what_promises_less_than_its_part_is_not_fitted(bench):
@@ -276,7 +299,7 @@ def test_what_promises_more_than_the_best_fit_kept_is_fitted_too(bench, monkeypa
     monkeypatch.setattr("identify.explain.bench.hopeful", lambda screened, runs: [first, second, third])
     monkeypatch.setattr("identify.explain.bench.promised", lambda evidence, hope: hope)
     monkeypatch.setattr("identify.explain.bench.promising", lambda hopes, tried, runs: [first])
-    monkeypatch.setattr(Bench, "doubled", lambda self, base, tried: list(tried))
+    monkeypatch.setattr(Bench, "doubled", lambda self, base, tried, least: list(tried))
     monkeypatch.setattr(Bench, "fuller", lambda self, base, tried: [])
     monkeypatch.setattr("identify.explain.bench.lagging", lambda screened, tried, base, wanders: [])
     monkeypatch.setattr("identify.explain.bench.unforeseen", lambda hopes, *rest: [])
