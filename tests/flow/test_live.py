@@ -177,7 +177,7 @@ def _looks_right(browser: "Chrome") -> None:
 
 def test_a_run_survives_the_death_of_its_page(tmp_path: Path) -> None:
     with watched(tmp_path, 3.2) as (run, url, _):
-        assert eventually(lambda: told(url).get("going_on"))
+        assert eventually((tmp_path / "stairs.h5").exists)  # the page itself may be asked too late on a busy machine
         os.kill(page_of(run.pid), signal.SIGKILL)
         assert run.wait(60) == 0
         with pytest.raises(OSError, match=r"refused|reset"):
