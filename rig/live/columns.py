@@ -11,6 +11,8 @@ from rig.live.watching import Watch
 BRANCHES = ("loading", "unloading", "plateau", "saturated")
 CLOSE, TRAIL = 400, 1200
 """Columns of what is looked at closely, and points of the way through the loop."""
+VISIBLE = 1024
+"""Parts of its height that a picture of a whole run shows: what moves less need not be drawn again."""
 Columns = dict[str, NDArray[Any]]
 
 
@@ -32,6 +34,14 @@ def _single(values: Any) -> NDArray[np.float32]:
     return np.asarray(values, dtype=np.float32)
 
 
+def _coarse(held: Columns) -> Columns:
+    """Return levels no finer than a picture of them shows: they stand still while the run changes nothing there."""
+    levels = np.hstack([values[np.isfinite(values)] for values in held.values()])
+    span = float(np.ptp(levels)) if levels.size else 0.0
+    step = 2.0 ** np.floor(np.log2(span / VISIBLE)) if span else 1.0
+    return {name: _single(np.round(values / step) * step if span else values) for name, values in held.items()}
+
+
 def _latest(watch: Watch) -> Columns:
     """Return the signals of the last seconds."""
     latest = watch.latest
@@ -46,7 +56,7 @@ def _whole(watch: Watch) -> Columns:
     count, width = of["u"].low.size, of["u"].width
     index = np.column_stack((np.arange(count) + 0.25, np.arange(count) + 0.75)).ravel() * width
     t = watch.about.start_s + index / watch.about.rate_hz
-    return {"t": t, **{name: _single(outline(each.low, each.high)) for name, each in of.items()}}
+    return {"t": t, **_coarse({name: outline(each.low, each.high) for name, each in of.items()})}
 
 
 def _residual(watch: Watch) -> Columns:
@@ -54,8 +64,7 @@ def _residual(watch: Watch) -> Columns:
     held, mean = watch.whole["residual"], watch.means.means()
     t = watch.about.start_s + (np.arange(mean.size) + 0.5) * held.width / watch.about.rate_hz
     noise = np.full(mean.size, np.nan if watch.noise_v is None else watch.noise_v)
-    told = {"low": held.low, "high": held.high, "mean": mean, "noise": noise, "minus": -noise}
-    return {"t": t, **{name: _single(values) for name, values in told.items()}}
+    return {"t": t, **_coarse({"low": held.low, "high": held.high, "mean": mean, "noise": noise, "minus": -noise})}
 
 
 def _hull(watch: Watch) -> Columns:
@@ -64,7 +73,7 @@ def _hull(watch: Watch) -> Columns:
     met = np.isfinite(hull.low)
     v, low, high = hull.levels_v()[met], hull.low[met], hull.high[met]
     half_v = 0.5 * hull.width_v
-    return {"left": _single(v - half_v), "right": _single(v + half_v), "low": _single(low), "high": _single(high)}
+    return {"left": _single(v - half_v), "right": _single(v + half_v), **_coarse({"low": low, "high": high})}
 
 
 def _trail(watch: Watch) -> Columns:

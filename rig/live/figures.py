@@ -5,8 +5,11 @@ shapes as well, so that they also differ in grey. No text of a file is drawn: an
 here, or by its number.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
+import numpy as np
 from bokeh.models import ColumnDataSource, DataRange1d, Range1d
 from bokeh.plotting import figure
 
@@ -19,6 +22,9 @@ SHAPES = {"loading": ("triangle", GREEN), "unloading": ("inverted_triangle", PUR
 KNOWN = ("u_measured", "v", "w")
 DASHES = ("dotdash", "dotted", "dashdot", "dashed")
 HEIGHT, TALL = 340, 400
+EVERY, TURNS = 4, {"whole": 0, "residual": 2}
+"""Pictures of a whole run move little: while it goes on each has its turn once in so many; the browser's time is for those
+that follow the signals."""
 
 
 @dataclass(frozen=True)
@@ -28,12 +34,18 @@ class Figures:
     pictures: dict[str, figure]
     sources: dict[str, ColumnDataSource]
 
-    def show(self, watch: Watch, held: dict[str, Columns]) -> None:
-        """Draw what is known now."""
+    def show(self, watch: Watch, held: dict[str, Columns], number: int) -> None:
+        """Draw what is known now, the ``number``-th time; a picture of which nothing has moved is not drawn again."""
         for name, values in held.items():
-            self.sources[name].data = values
+            its_turn = TURNS.get(name, number) % EVERY == number % EVERY or not watch.stands.going_on
+            if its_turn and not _same(self.sources[name].data, values):
+                self.sources[name].data = values
         for name in ("whole", "residual"):  # a retry is another run, of another length
             self.pictures[name].x_range.update(end=_end_s(watch))
+
+
+def _same(shown: Mapping[str, Any], held: Columns) -> bool:
+    return all(np.array_equal(shown[name], values, equal_nan=True) for name, values in held.items())
 
 
 def figures(watch: Watch, held: dict[str, Columns]) -> Figures:

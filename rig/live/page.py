@@ -76,8 +76,9 @@ class Page:
                 return
             sent = self._tick
             document.hold("combine")
-            shown.show(self.watch, self._columns)
-            told.data = {"told": [json.dumps(self._told)], "tick": [told.data["tick"][0] + 1]}
+            number = told.data["tick"][0] + 1
+            shown.show(self.watch, self._columns, number)
+            told.data = {"told": [json.dumps(self._told)], "tick": [number]}
             document.unhold()
 
         document.add_periodic_callback(push, PERIOD_MS)

@@ -5,6 +5,8 @@ is missing is found in the fixed cases of test_trials.py.
 """
 
 import json
+from contextlib import redirect_stdout
+from io import StringIO
 from itertools import count, islice
 
 import pytest
@@ -18,12 +20,15 @@ from tests.proof.trial import Key
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
-    return tmp_path_factory.mktemp("study") / "proof.jsonl"
+    """Return the file of a study of one trial: any test may be its first, or its only one."""
+    out = tmp_path_factory.mktemp("study") / "proof.jsonl"
+    with redirect_stdout(StringIO()) as said:
+        main(["--stratum", "null", "--seed", "3", "--cases", "1", "--out", str(out)])
+    assert "1 sealed trials" in said.getvalue()
+    return out
 
 
-def test_a_standard_trial_is_answered_rightly(study, capsys):
-    main(["--stratum", "null", "--seed", "3", "--cases", "1", "--out", str(study)])
-    assert "1 sealed trials" in capsys.readouterr().out
+def test_a_standard_trial_is_answered_rightly(study):
     (outcome,) = map(opened, answered(study, REPLY).values())
     assert (outcome.verdict, outcome.names, outcome.placed) == ("consistent", (), False)
 
