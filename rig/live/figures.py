@@ -23,8 +23,8 @@ KNOWN = ("u_measured", "v", "w")
 DASHES = ("dotdash", "dotted", "dashdot", "dashed")
 HEIGHT, TALL = 340, 400
 EVERY, TURNS = 4, {"whole": 0, "residual": 2}
-"""Pictures of a whole run move little: while it goes on each has its turn once in so many; the browser's time is for those
-that follow the signals."""
+"""While a run goes on its pictures of all of it, which move little, have their turns once in so many: the browser's
+time is for those that follow the signals."""
 
 
 @dataclass(frozen=True)
