@@ -61,10 +61,7 @@ class Page:
         document.template = _templates.get_template("page.html")
         document.template_variables["told"] = self._told
         shown = figures(self.watch, self._columns)
-        told = ColumnDataSource(name="told", data={"told": [json.dumps(self._told)], "tick": [0]})
-        drawn = ColumnDataSource(name="drawn", data={"tick": [-AHEAD]})  # nothing is sent before the browser is ready
-        told.js_on_change("data", CustomJS(args={"drawn": drawn}, code=SHOW))
-        document.js_on_event(DocumentReady, CustomJS(args={"told": told, "drawn": drawn}, code=READY))
+        told, drawn = _answered(document, self._told)
         for picture in shown.pictures.values():
             picture.tags = [told, drawn]
             document.add_root(picture)
@@ -106,3 +103,12 @@ class Page:
         """Draw what is known now, once for all browsers."""
         self._tick += 1
         self._columns, self._told = columns(watch), facts(watch)
+
+
+def _answered(document: Document, told_now: dict[str, Any]) -> tuple[ColumnDataSource, ColumnDataSource]:
+    """Return what is told to a browser, and the number of the picture it says it has drawn last."""
+    told = ColumnDataSource(name="told", data={"told": [json.dumps(told_now)], "tick": [0]})
+    drawn = ColumnDataSource(name="drawn", data={"tick": [-AHEAD]})  # nothing is sent before the browser is ready
+    told.js_on_change("data", CustomJS(args={"drawn": drawn}, code=SHOW))
+    document.js_on_event(DocumentReady, CustomJS(args={"told": told, "drawn": drawn}, code=READY))
+    return told, drawn
