@@ -28,6 +28,8 @@ from identify.unnamed.maps import ClockMap
 WINDOWS_S = (0.004, 0.02, 0.1)
 MOSTLY = 0.5  # share of a misfit that must not come back
 NEARLY = 0.75  # share of a misfit that chance must make, run by run, to be all that is left
+DRIFT_S = 0.02  # whose means tell what drifts from what is quick
+SEEN = 2.0  # times what noise makes of a drift, from which it is there
 STILL = 1e-3  # of the largest rate of w, below which it rests
 SURE = 0.2  # of the log of a size that scatter tells: courses of chance differ
 QUIET = 0.25  # of what chance must make, below which a run is too quiet for it: courses of chance differ
@@ -63,11 +65,11 @@ def by_chance(
 
     No more in any run than is there, in what changes while F rests as in all else, and of that no more than a
     ``share``, that of what differs from repeat to repeat. Where F never moves, nothing in front of it makes any. None
-    at all where most of what differs is not of their making: something else does it.
+    at all where most of what differs, or of what drifts while F rests, is not of their making: something else does it.
     """
     if share <= 0.0 or not any(effect.by_chance for effect in effects):
         return 0.0
-    total, differs = 0.0, 0.0
+    total, differs, drifts = 0.0, 0.0, np.zeros(2)
     for number, o in enumerate(observations):
         made = scatter_in(chain, effects, o, number)
         left, use = _white(o, o.residual(chain))[: made.size], o.use[: made.size]
@@ -77,7 +79,30 @@ def by_chance(
         beyond, part = share * np.maximum(there - noise, 0.0), o.count / max(int(np.count_nonzero(use)), 1)
         total += part * float(np.sum(np.minimum(MORE * its, beyond)))
         differs += part * float(np.sum(beyond))
-    return total if total >= MOSTLY * differs else 0.0
+        drifts += _drifts(left, made, rests, round(DRIFT_S * o.trace.rate_hz))
+    return total if total >= MOSTLY * differs and drifts[1] <= MOSTLY * drifts[0] else 0.0
+
+
+def _drifts(left: Array, made: Array, rests: NDArray[np.int64], window: int) -> Array:
+    """Return by how much what is left drifts within stretches, and what of that is not ``made``, shape (2,)."""
+    (there, noise), (its, _) = (_drift(each, rests, window) for each in (left, made))
+    beyond = there - SEEN * noise
+    return np.maximum([beyond, beyond - MORE * its], 0.0)
+
+
+def _drift(values: Array, stretches: NDArray[np.int64], window: int) -> tuple[float, int]:
+    """Return the square of what windows' means move by within stretches, and how many windows there are.
+
+    Of the noise there is one in every window, however large that was taken to be.
+    """
+    inside = stretches > 0
+    clock = np.flatnonzero(inside) // max(window, 1)
+    _, at = np.unique(np.stack((stretches[inside], clock)), axis=1, return_inverse=True)
+    count, sums = np.bincount(at), np.bincount(at, values[inside])
+    of = np.zeros(count.size, dtype=np.int64)
+    of[at] = stretches[inside]
+    level = np.bincount(of, sums) / np.maximum(np.bincount(of, count), 1)
+    return float(np.sum(count * np.square(sums / count - level[of]))), count.size
 
 
 def _stretches(still: Mask) -> NDArray[np.int64]:

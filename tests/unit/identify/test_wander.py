@@ -58,10 +58,14 @@ def test_what_noise_in_front_of_the_gap_leaves_is_its_own_chance():
     assert not believed((), (PRESENT,))  # nothing in the model acts by chance
 
 
-@pytest.mark.parametrize(("segments", "may"), [(WAVE.segments, False), ((), True)], ids=["repeats", "none"])
-def test_what_comes_back_with_the_stimulus_is_not_chance_where_repeats_tell(segments, may):
-    bypass = Concealed("feedthrough", {"k": 0.04})  # within what such noise would scatter
-    assert believed((NOISY,), (bypass,), segments) is may
+@pytest.mark.parametrize(("physics", "segments", "may"), [
+    pytest.param(Concealed("curved_border", {"k3": 0.01}), WAVE.segments, False, id="repeats tell"),
+    pytest.param(Concealed("curved_border", {"k3": 0.01}), (), True, id="nothing tells"),
+    pytest.param(Concealed("feedthrough", {"k": 0.04}), (), False, id="rest tells"),
+])
+def test_what_comes_back_with_the_stimulus_or_drifts_while_f_rests_is_not_chance(physics, segments, may):
+    """Each is within what such noise would scatter."""
+    assert believed((NOISY,), (physics,), segments) is may
 
 
 @pytest.fixture(scope="module")
@@ -152,6 +156,21 @@ def test_what_the_readings_do_by_themselves_is_no_chance_in_front_of_the_gap(sti
     shaken = observed(recorded(OP_AMP, stimulus, (noise,), NOISE_V, fine=8), NOISE_V, 4)
     wanders = chi_squared(chain, shaken) - shaken.count
     assert stimulus.name == "stuck" or by_chance(chain, (NOISY,), (shaken,)) > NEARLY * wanders
+
+
+def test_a_zero_that_jumps_now_and_then_is_no_chance_in_front_of_the_gap():
+    """Its jumps are few: nearly all of it lies in the level a dwell has, as with noise that has moved F before."""
+    stimulus = staircase("walk", FIG13_LEVELS_V, 0.05)
+    quiet = recorded(OP_AMP, stimulus, (), NOISE_V, fine=8)
+    jumps = np.random.default_rng(2).random(quiet.size) < 6.0 / quiet.rate_hz
+    run = observed(replace(quiet, y=quiet.y[:] + 0.05 * (np.cumsum(jumps) % 2)), NOISE_V, 4)
+    noise = {"sd": SD_V, "bandwidth": BANDWIDTH_HZ}
+    shaken = observed(recorded(OP_AMP, stimulus, (Concealed("process_noise", noise),), NOISE_V, fine=8), NOISE_V, 4)
+    plain = chain_of(model_of(OP_AMP))
+    for seen_of, credited in ((run, False), (shaken, True)):
+        left = chi_squared(plain, seen_of) - seen_of.count
+        chain = as_large(NOISY.put_in(plain, noise), NOISY, (seen_of,), left)
+        assert (by_chance(chain, (NOISY,), (seen_of,)) > 0.5 * left) is credited
 
 
 def test_where_the_mean_tells_little_the_fit_begins_with_all_that_differs_between_repeats(noisy):
