@@ -5,7 +5,7 @@ A new driver is tested by being registered and naming its emulator (``Device.emu
 
 import time
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from functools import partial
 from pathlib import Path
 
@@ -15,7 +15,7 @@ import pytest
 from drivers import ngspice
 from identify.trace import Step
 from rig.device import POLL_S, Array, Device, Flag
-from rig.errors import DeviceError, RefusedError
+from rig.errors import DeviceError, RefusedError, StarvedError
 from rig.plan import Limits, Plan
 from rig.recording import Writer
 from rig.registry import connect, driver, driver_at, drivers
@@ -265,10 +265,21 @@ def test_y_is_read_just_before_u_acts(amplifier: Device) -> None:
     assert np.abs(y - expected).max() <= 0.501 * amplifier.capabilities().input_lsb_v
 
 
+def recorded_in_time(device: Device, u: Array, rate_hz: float, tries: int = 3) -> Array:
+    """Return what was read once this machine kept up, which a simulated board asks of it; else StarvedError.
+
+    A busy machine does not always; a run that was starved is played again, as whoever is told so would.
+    """
+    for _ in range(tries - 1):
+        with suppress(StarvedError):
+            return record(device, u, rate_hz)
+    return record(device, u, rate_hz)
+
+
 def test_a_long_run_comes_back_whole(amplifier: Device) -> None:
     size = min(100_000, round(LONG_RUN_S * amplifier.capabilities().max_rate_hz))
     u = amplifier.quantise(fitting(amplifier, 0.35 * waves(size)))
-    y = record(amplifier, u, LONG_RATE_HZ)
+    y = recorded_in_time(amplifier, u, LONG_RATE_HZ)
     assert np.abs(y[1:] - 3.0 * u[:-1]).max() <= 0.501 * amplifier.capabilities().input_lsb_v
 
 
