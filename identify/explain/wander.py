@@ -74,35 +74,28 @@ def by_chance(
         made = scatter_in(chain, effects, o, number)
         left, use = _white(o, o.residual(chain))[: made.size], o.use[: made.size]
         rests = _stretches(_still(chain, o)[: made.size] & use)
-        there, its = _apart(left, rests, use), _apart(made, rests, use)
+        moves, makes = _changes(left, rests), _changes(made, rests)
+        there, its = _apart(left, moves, use), _apart(made, makes, use)
         noise = np.array([np.count_nonzero(rests), np.count_nonzero(use & (rests == 0))])
         beyond, part = share * np.maximum(there - noise, 0.0), o.count / max(int(np.count_nonzero(use)), 1)
         total += part * float(np.sum(np.minimum(MORE * its, beyond)))
         differs += part * float(np.sum(beyond))
-        drifts += _drifts(left, made, rests, round(DRIFT_S * o.trace.rate_hz))
+        drifts += _drifts(moves, makes, rests, max(round(DRIFT_S * o.trace.rate_hz), 1))
     return total if total >= MOSTLY * differs and drifts[1] <= MOSTLY * drifts[0] else 0.0
 
 
-def _drifts(left: Array, made: Array, rests: NDArray[np.int64], window: int) -> Array:
-    """Return by how much what is left drifts within stretches, and what of that is not ``made``, shape (2,)."""
-    (there, noise), (its, _) = (_drift(each, rests, window) for each in (left, made))
-    beyond = there - SEEN * noise
-    return np.maximum([beyond, beyond - MORE * its], 0.0)
+def _drifts(left: Array, made: Array, stretches: NDArray[np.int64], window: int) -> Array:
+    """Return how much of what is ``left`` drifts within stretches, and of that is not ``made``, shape (2,).
 
-
-def _drift(values: Array, stretches: NDArray[np.int64], window: int) -> tuple[float, int]:
-    """Return the square of what windows' means move by within stretches, and how many windows there are.
-
-    Of the noise there is one in every window, however large that was taken to be.
+    Both are given as their changes within stretches; what windows' means move by is a drift. Of the noise there is one
+    square in every window, however large that was taken to be.
     """
-    inside = stretches > 0
-    clock = np.flatnonzero(inside) // max(window, 1)
-    _, at = np.unique(np.stack((stretches[inside], clock)), axis=1, return_inverse=True)
-    count, sums = np.bincount(at), np.bincount(at, values[inside])
-    of = np.zeros(count.size, dtype=np.int64)
-    of[at] = stretches[inside]
-    level = np.bincount(of, sums) / np.maximum(np.bincount(of, count), 1)
-    return float(np.sum(count * np.square(sums / count - level[of]))), count.size
+    inside = np.flatnonzero(stretches)
+    begins = np.flatnonzero(np.diff(stretches[inside], prepend=0) | np.diff(inside // window, prepend=-1))
+    count = np.diff(begins, append=inside.size)
+    there, its = (float(np.sum(np.square(np.add.reduceat(each[inside], begins)) / count)) for each in (left, made))
+    beyond = there - SEEN * begins.size
+    return np.maximum([beyond, beyond - MORE * its], 0.0)
 
 
 def _stretches(still: Mask) -> NDArray[np.int64]:
@@ -110,13 +103,16 @@ def _stretches(still: Mask) -> NDArray[np.int64]:
     return np.where(still, np.cumsum(np.diff(still, prepend=False) & still), 0)
 
 
-def _apart(values: Array, stretches: NDArray[np.int64], use: Mask) -> Array:
+def _changes(values: Array, stretches: NDArray[np.int64]) -> Array:
+    """Return values less the mean of the stretch they are in, 0 outside, shape (N,)."""
+    means = np.bincount(stretches, values) / np.maximum(np.bincount(stretches), 1)
+    return np.where(stretches > 0, values - means[stretches], 0.0)
+
+
+def _apart(values: Array, change: Array, use: Mask) -> Array:
     """Return the square of what changes within stretches, and of all else, shape (2,)."""
-    count = np.maximum(np.bincount(stretches), 1)
-    mean = (np.bincount(stretches, values) / count)[stretches]
-    inside = stretches > 0
-    change = float(np.sum(np.square(values - mean), where=inside))
-    return np.array([change, float(np.sum(np.square(values), where=use)) - change])
+    changed = float(np.sum(np.square(change)))
+    return np.array([changed, float(np.sum(np.square(values), where=use)) - changed])
 
 
 def by_chance_elsewhere(

@@ -37,8 +37,8 @@ class Figures:
     def show(self, watch: Watch, held: dict[str, Columns], number: int) -> None:
         """Draw what is known now, the ``number``-th time; a picture of which nothing has moved is not drawn again."""
         for name, values in held.items():
-            its_turn = TURNS.get(name, number) % EVERY == number % EVERY or not watch.stands.going_on
-            if its_turn and not _same(self.sources[name].data, values):
+            waits = watch.stands.going_on and name in TURNS and number % EVERY != TURNS[name]
+            if not waits and not _same(self.sources[name].data, values):
                 self.sources[name].data = values
         for name in ("whole", "residual"):  # a retry is another run, of another length
             self.pictures[name].x_range.update(end=_end_s(watch))

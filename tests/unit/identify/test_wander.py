@@ -61,6 +61,7 @@ def test_what_noise_in_front_of_the_gap_leaves_is_its_own_chance():
 @pytest.mark.parametrize(("physics", "segments", "may"), [
     pytest.param(Concealed("curved_border", {"k3": 0.01}), WAVE.segments, False, id="repeats tell"),
     pytest.param(Concealed("curved_border", {"k3": 0.01}), (), True, id="nothing tells"),
+    pytest.param(Concealed("feedthrough", {"k": 0.04}), WAVE.segments, False, id="repeats and rest tell"),
     pytest.param(Concealed("feedthrough", {"k": 0.04}), (), False, id="rest tells"),
 ])
 def test_what_comes_back_with_the_stimulus_or_drifts_while_f_rests_is_not_chance(physics, segments, may):
