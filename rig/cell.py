@@ -21,12 +21,18 @@ def told_here(title: str, given: Show | None) -> Iterator[Show]:
     """
     if given is not None:
         yield given
-    elif "ipykernel" in sys.modules:
+    elif _in_a_notebook():
         with _under_the_cell(title) as show:
             yield show
     else:
         with bar(title, quiet=not sys.stderr.isatty()) as show:
             yield show
+
+
+def _in_a_notebook() -> bool:
+    """Tell whether a notebook's kernel runs this: a script that only talks to one has its modules loaded, too."""
+    ipython = sys.modules.get("IPython")
+    return ipython is not None and hasattr(ipython.get_ipython(), "kernel")
 
 
 @contextmanager

@@ -1,5 +1,6 @@
 """Does a cell of a real notebook kernel show how far a long job is, and nothing of it once it is over?"""
 
+import sys
 from collections.abc import Iterator
 from typing import Any
 
@@ -7,6 +8,7 @@ import pytest
 from jupyter_client.blocking.client import BlockingKernelClient
 from jupyter_client.manager import KernelManager
 
+from rig.cell import told_here
 from tests.flow.console import rig
 
 PATIENCE_S = 120.0
@@ -57,6 +59,16 @@ def test_a_cell_shows_how_far_a_job_is_and_clears_that_at_its_end(kernel: Blocki
 def test_what_goes_wrong_in_a_cell_leaves_no_line_behind(kernel: BlockingKernelClient) -> None:
     cell = "try:\n    rig.compare('hold.h5', 'missing.h5')\nexcept rig.errors.FileError as error:\n    print(error)"
     assert played(kernel, cell) == (["compare", ""], "")
+
+
+def test_a_script_that_talks_to_a_kernel_is_no_notebook(
+    kernel: BlockingKernelClient, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert kernel.is_alive()
+    assert "ipykernel" in sys.modules
+    with told_here("identify", None) as show:
+        show("half way", 0.5)
+    assert capsys.readouterr() == ("", "")
 
 
 def test_who_listens_is_told_instead(kernel: BlockingKernelClient) -> None:
