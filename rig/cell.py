@@ -31,8 +31,8 @@ def told_here(title: str, given: Show | None) -> Iterator[Show]:
 
 def _in_a_notebook() -> bool:
     """Tell whether a notebook's kernel runs this: a script that only talks to one has its modules loaded, too."""
-    ipython = sys.modules.get("IPython")
-    return ipython is not None and hasattr(ipython.get_ipython(), "kernel")
+    kernel = sys.modules.get("ipykernel.kernelapp")
+    return kernel is not None and bool(kernel.IPKernelApp.initialized())
 
 
 @contextmanager
