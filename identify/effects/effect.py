@@ -80,6 +80,10 @@ class Effect(Stage):
         """Return the declared parameters; forms with fewer override this."""
         return self.declared
 
+    def freedom(self, runs: int) -> int:
+        """Return how many numbers noise alone could use in as many runs: of most laws as many as they have."""
+        return sum(runs if p.local else 1 for p in self.parameters())
+
     @classmethod
     def variants(cls) -> Iterator[Self]:
         """Yield the effect at every place in every form."""

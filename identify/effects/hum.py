@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from identify.evidence import Evidence
 
 MAINS_HZ = (50.0, 60.0)
+SEARCHED = 12  # numbers that two frequencies are worth to noise alone, each found within 1 Hz, in runs of up to 60 s
+A_LINE = 1.5  # the same of a line's size and angle in a run: sizes are those of all runs, angles hang together
 LINES = {
     "": (Line(1, "amplitude", "phase"), Line(3, "third", "third_phase"), Line(5, "fifth", "fifth_phase")),
     "rectified": (Line(2, "second", "phase"), Line(4, "fourth", "fourth_phase")),
@@ -67,6 +69,13 @@ class Hum(InsidePlay):
         """Return the frequency, and the sizes and angles of the lines of the form."""
         mine = {f"hum.{name}" for line in self.lines for name in (line.size, line.angle)}
         return tuple(p for p in self.declared if p is FREQUENCY or p.name in mine)
+
+    def freedom(self, runs: int) -> int:
+        """Return how many numbers noise alone could use: of lines that are not there, any frequency and angle will do.
+
+        Counted in simulations of noise: 1 to 12 runs of 2 to 60 s.
+        """
+        return SEARCHED + round(A_LINE * len(self.lines) * runs)
 
     @property
     def inside(self) -> bool:

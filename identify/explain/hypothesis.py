@@ -1,5 +1,6 @@
 """How well does a set of effects, fitted, explain the recordings, and is it more than chance?"""
 
+from collections import Counter
 from dataclasses import dataclass
 from math import log
 
@@ -7,7 +8,6 @@ from scipy.stats import chi2 as chi2_distribution
 
 from identify.effects.effect import Effect
 from identify.fit import Fit
-from identify.stage import Parameter
 
 FALSE_DISCOVERIES = 0.01  # share of findings on the training data that may be chance
 WORTH = 0.2  # share of a misfit beyond the noise an effect must explain: less is what any wrong effect absorbs
@@ -74,8 +74,11 @@ class Hypothesis:
 
     @property
     def freedom(self) -> int:
-        """Return how many numbers noise alone could use; the phase of a line that is not there brings its amplitude."""
-        return sum(1 + is_angle(c.parameter) for c in self.fit.coordinates)
+        """Return how many numbers noise alone could use: the plain ones searched, and those of the effects."""
+        searched = Counter(c.parameter.name for c in self.fit.coordinates)
+        mine = {p.name for effect in self.effects for p in effect.parameters()}
+        runs = max(searched.values(), default=1)
+        return sum(name not in mine for name in searched) + sum(effect.freedom(runs) for effect in self.effects)
 
     def p_value(self, other: "Hypothesis") -> float:
         """Return how likely noise alone would let chi-squared fall so far from a hypothesis with less in it."""
@@ -101,11 +104,6 @@ class Hypothesis:
 def proven(chi2: float, count: int, noise_known: float) -> float:
     """Return by how much chi-squared of so many readings is above what noise may make, 0 where it is not."""
     return max(chi2 - (1.0 + 2.0 * noise_known) * count, 0.0)
-
-
-def is_angle(parameter: Parameter) -> bool:
-    """Return whether every run has an angle of its own here, as of a line that is free of the stimulus."""
-    return parameter.local and parameter.unit == "rad"
 
 
 def is_discovery(p_value: float, tried: int) -> bool:

@@ -7,7 +7,7 @@ from scipy.stats import chi2 as chi2_distribution
 
 from identify.candidates import Candidate
 from identify.effects.effect import Effect
-from identify.explain.hypothesis import Hypothesis, is_angle, is_discovery
+from identify.explain.hypothesis import Hypothesis, is_discovery
 from identify.explain.promise import Pair, Promise
 from identify.stage import Place
 
@@ -112,8 +112,7 @@ def hopeful(screened: Sequence[Candidate], runs: int) -> list[Candidate]:
 
 def chance(candidate: Candidate, gain: float, runs: int) -> float:
     """Return how likely noise alone would make an effect, its parameters free, gain so much."""
-    parameters = sum((1 + is_angle(p)) * (runs if p.local else 1) for p in candidate.effect.parameters())
-    return float(chi2_distribution.sf(max(gain, 0.0), parameters))
+    return float(chi2_distribution.sf(max(gain, 0.0), candidate.effect.freedom(runs)))
 
 
 def passed_over(promises: Sequence[Promise], fitted: Sequence[Promise]) -> tuple[Promise, ...]:

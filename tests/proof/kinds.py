@@ -116,7 +116,7 @@ def _diode_told(values: Values) -> Values:
 
 def _hum(most: Callable[[Reach], float]) -> Draw:
     def draw(rng: Rng, reach: Reach) -> Scaled:
-        frequency = float(rng.choice([50.0, 60.0]) + rng.uniform(-0.03, 0.03))
+        frequency = float(rng.choice([50.0, 60.0]) + rng.uniform(-GRID_OFF_HZ, GRID_OFF_HZ))
         third, fifth, top = between(rng, 0.02, 0.5), between(rng, 0.02, 0.3), most(reach)
         return lambda strength: {
             "frequency": frequency, "amplitude": top * strength, "third": third * top * strength,
@@ -130,7 +130,7 @@ def _rectified(most: Callable[[Reach], float]) -> Draw:
     """Return the draw of a rectifier's ripple: the falling edge of its capacitor's voltage has a fourth harmonic."""
 
     def draw(rng: Rng, reach: Reach) -> Scaled:
-        frequency = float(rng.choice([50.0, 60.0]) + rng.uniform(-0.03, 0.03))
+        frequency = float(rng.choice([50.0, 60.0]) + rng.uniform(-GRID_OFF_HZ, GRID_OFF_HZ))
         fourth, top = between(rng, 0.05, 0.5), most(reach)
         return lambda strength: {
             "frequency": frequency, "second": top * strength, "fourth": fourth * top * strength,
@@ -267,6 +267,7 @@ def _step_told(values: Values) -> Values:
 
 SIDES = ("both", "upper", "lower")
 U_LOW, U_HIGH = (lambda reach: -reach.u_v), (lambda reach: reach.u_v)
+GRID_OFF_HZ = 0.2  # what a grid's frequency is allowed to be off
 W_LOW, W_HIGH = (lambda reach: reach.low_w_v), (lambda reach: reach.high_w_v)
 Y_LOW, Y_HIGH = (lambda r: r.low_w_v - PEAK * r.rig.noise_v), (lambda r: r.high_w_v + PEAK * r.rig.noise_v)
 

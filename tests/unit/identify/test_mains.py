@@ -1,0 +1,51 @@
+"""Are mains found where they are, off their own frequency too, and none in noise alone?"""
+
+import numpy as np
+import pytest
+
+from identify.effects import catalogue, chain_of
+from identify.explain.bench import Bench
+from identify.mains import frequency_near
+from identify.stage import Place
+from identify.trace import Trace
+from tests.proof.rigs import RC
+from tests.trials import model_of, observed
+
+RATE_HZ, NOISE_V = 1000.0, 0.01
+HUMS = tuple(catalogue()["hum"](Place.SENSE, form) for form in catalogue()["hum"].forms)
+
+
+def idle(seconds, seed, line_v=0.0, line_hz=50.0):
+    """Return a bench with recordings of nothing but noise, and of a line that begins where it likes in each of them."""
+    rng, runs = np.random.default_rng(seed), []
+    for number, size in enumerate(np.round(np.asarray(seconds) * RATE_HZ).astype(int)):
+        t = np.arange(size) / RATE_HZ + rng.uniform(0.0, 1.0)
+        y = line_v * np.sin(2.0 * np.pi * line_hz * t) + rng.normal(0.0, NOISE_V, size)
+        runs.append(observed(Trace(f"idle {number}", RATE_HZ, np.zeros(size), y), NOISE_V, 1))
+    return Bench(chain_of(model_of(RC)), tuple(runs), (), (catalogue()["hum"],))
+
+
+def p_values(bench):
+    """Return how likely noise alone would do as well as the best fit of every form."""
+    base = bench.fitted(bench.plain, ())
+    evidence = bench.evidence(base)
+    fits = [[bench.fitted(hum.put_in(base.fit.chain, s), (hum,)) for s in hum.starts(evidence)] for hum in HUMS]
+    return [min(h.p_value(base) for h in of_a_form) for of_a_form in fits]
+
+
+@pytest.mark.parametrize(("line_hz", "seconds"), [(50.0, (2.0, 3.0)), (49.93, (60.0,)), (60.41, (30.0, 20.0, 30.0))])
+def test_a_line_of_a_third_of_the_noise_is_found_where_it_is(line_hz, seconds):
+    """In a minute, mains 0.07 Hz off are four turns away from where they should be."""
+    bench = idle(seconds, 5, 0.003, line_hz)
+    evidence = bench.evidence(bench.fitted(bench.plain, ()))
+    near = frequency_near(evidence, round(line_hz, -1), HUMS[0].lines)
+    assert near == pytest.approx(line_hz, abs=0.5 / max(seconds))  # half a turn
+    assert min(p_values(bench)) < 1e-9
+
+
+@pytest.mark.parametrize("seconds", [(2.0,) * 4, (10.0,) * 2], ids=["short", "long"])
+def test_what_noise_alone_makes_is_as_likely_as_said(seconds):
+    """Two mains, each searched for within half a hertz, and a line's angle in every run: noise makes much of that."""
+    told = np.array([p_values(idle(seconds, seed)) for seed in range(12)]).ravel()
+    assert np.count_nonzero(told < 0.1) <= 7  # of 24: one time in 500 more, were they as likely as said
+    assert np.median(told) < 0.999  # nor is it taken for far less likely than it is
