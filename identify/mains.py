@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import chi2
 
 from identify.chain import local_name
 from identify.effects.effect import Effect
@@ -11,6 +12,8 @@ from identify.evidence import Evidence
 from identify.trace import Array
 
 RANGE_HZ = 0.5  # from the mains' own frequency: a weak grid, and a DAQ's clock
+BESIDE_HZ = 10.0  # from a line: what is as strong there is no line
+BY_CHANCE = 1e-3  # probability at which noise would stand out so
 FINER = 8.0  # steps of the search in one turn that a run's highest line makes less or more
 
 
@@ -36,15 +39,29 @@ def frequency_near(evidence: Evidence, mains_hz: float, waveform: Sequence[Line]
     return float(tried[np.argmax(told)])
 
 
-def mains_lines(evidence: Evidence, hum: Effect, mains_hz: float, waveform: Sequence[Line]) -> dict[str, float]:
+def stands_out(evidence: Evidence, frequency_hz: float, waveform: Sequence[Line], freedom: int) -> bool:
+    """Return whether lines at a frequency stand out of what the residual has beside them.
+
+    Noise that hangs together, as what the gap makes of noise in front of it, has as much there as at the mains.
+    ``freedom`` is how many numbers noise alone could use.
+    """
+    told = 0.0
+    for spectrum in evidence.spectra:
+        for line in waveform:
+            at_hz = line.order * frequency_hz
+            there, beside = spectrum.at(np.array([at_hz]))[0], spectrum.median(at_hz - BESIDE_HZ, at_hz + BESIDE_HZ)
+            told += there * chi2.median(2) / beside if beside > 0.0 else 0.0
+    return bool(chi2.sf(told, freedom) < BY_CHANCE)
+
+
+def mains_lines(evidence: Evidence, hum: Effect, frequency_hz: float, waveform: Sequence[Line]) -> dict[str, float]:
     """Return the waveform of the mains, added where ``hum`` sits, that explains the residual best, by short names.
 
-    Its frequency is what the residual's lines near ``mains_hz`` tell. Every run gives a complex amplitude per line;
-    the angle of the first is the run's own phase, and the angles of the others against it are averaged over the runs.
+    Every run gives a complex amplitude per line; the angle of the first is the run's own phase, and the angles of
+    the others against it are averaged over the runs.
     """
-    mains_hz = frequency_near(evidence, mains_hz, waveform)
-    columns = [_line(evidence, hum, mains_hz, line, turn) for line in waveform for turn in (0.0, 0.5 * np.pi)]
-    found = {"frequency": mains_hz, "phase": 0.0}
+    columns = [_line(evidence, hum, frequency_hz, line, turn) for line in waveform for turn in (0.0, 0.5 * np.pi)]
+    found = {"frequency": frequency_hz, "phase": 0.0}
     multiples = np.array([line.order / waveform[0].order for line in waveform])
     shape, weights = np.zeros(len(waveform), dtype=np.complex128), np.zeros(len(waveform))
     for run, part in evidence.parts():
@@ -64,8 +81,9 @@ def mains_lines(evidence: Evidence, hum: Effect, mains_hz: float, waveform: Sequ
     return found
 
 
-def _line(evidence: Evidence, hum: Effect, mains_hz: float, line: Line, turn: float) -> Array:
+def _line(evidence: Evidence, hum: Effect, frequency_hz: float, line: Line, turn: float) -> Array:
     """Return the change of the answer per volt of one line, as a sine (turn 0) or a cosine (turn pi / 2)."""
     size = 0.3 * evidence.observations[0].noise_v
-    values = {"frequency": mains_hz, line.size: size, line.angle: turn / (line.order if line.angle == "phase" else 1)}
+    angle = turn / (line.order if line.angle == "phase" else 1)
+    values = {"frequency": frequency_hz, line.size: size, line.angle: angle}
     return np.asarray(evidence.change(hum.put_in(evidence.chain, values)) / size)

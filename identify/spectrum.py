@@ -22,6 +22,11 @@ class Spectrum:
         nearest = np.rint(frequency_hz / self.step_hz).astype(np.int64)
         return np.where(nearest < self.gains.size, self.gains[np.minimum(nearest, self.gains.size - 1)], 0.0)
 
+    def median(self, low_hz: float, high_hz: float) -> float:
+        """Return the median power from one frequency to another; 0 where samples show none of them."""
+        between = self.gains[max(round(low_hz / self.step_hz), 0) : max(round(high_hz / self.step_hz) + 1, 0)]
+        return float(np.median(between)) if between.size else 0.0
+
 
 def spectrum_of(residual: Array, use: Mask, sample_s: float) -> Spectrum:
     """Return the spectrum of a residual in units of the noise, shape (N,), of which the samples in ``use`` count.

@@ -10,7 +10,7 @@ from identify.altered_play import Law
 from identify.chain import Chain
 from identify.effects.effect import Confusion
 from identify.effects.inside_play import InsidePlay
-from identify.mains import Line, mains_lines
+from identify.mains import Line, frequency_near, mains_lines, stands_out
 from identify.stage import Block, Grid, Parameter, Place, Run, Shape, Values
 from identify.trace import Array
 
@@ -128,4 +128,8 @@ class Hum(InsidePlay):
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the lines of the residual; at v they stand where the plain path would have passed them on."""
-        return [mains_lines(evidence, self, f, self.lines) for f in MAINS_HZ]
+        near = [frequency_near(evidence, f, self.lines) for f in MAINS_HZ]
+        freedom = self.freedom(len(evidence.observations))
+        return [
+            mains_lines(evidence, self, f, self.lines) for f in near if stands_out(evidence, f, self.lines, freedom)
+        ]

@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from identify.effects import catalogue, chain_of
+from identify.effects.hum import MAINS_HZ
 from identify.explain.bench import Bench
-from identify.mains import frequency_near
+from identify.mains import frequency_near, mains_lines
 from identify.stage import Place
 from identify.trace import Trace
 from tests.proof.rigs import RC
@@ -15,12 +17,16 @@ RATE_HZ, NOISE_V = 1000.0, 0.01
 HUMS = tuple(catalogue()["hum"](Place.SENSE, form) for form in catalogue()["hum"].forms)
 
 
-def idle(seconds, seed, line_v=0.0, line_hz=50.0):
-    """Return a bench with recordings of nothing but noise, and of a line that begins where it likes in each of them."""
+def idle(seconds, seed, line_v=0.0, line_hz=50.0, pole=0.0):
+    """Return a bench with recordings of nothing but noise, and of a line that begins where it likes in each of them.
+
+    The noise is white, or what one pole makes of that, of three times the variance it is taken for.
+    """
     rng, runs = np.random.default_rng(seed), []
     for number, size in enumerate(np.round(np.asarray(seconds) * RATE_HZ).astype(int)):
         t = np.arange(size) / RATE_HZ + rng.uniform(0.0, 1.0)
-        y = line_v * np.sin(2.0 * np.pi * line_hz * t) + rng.normal(0.0, NOISE_V, size)
+        noise = rng.normal(0.0, NOISE_V * np.sqrt(3.0 * (1.0 - pole**2) if pole else 1.0), size)
+        y = line_v * np.sin(2.0 * np.pi * line_hz * t) + lfilter([1.0], [1.0, -pole], noise)
         runs.append(observed(Trace(f"idle {number}", RATE_HZ, np.zeros(size), y), NOISE_V, 1))
     return Bench(chain_of(model_of(RC)), tuple(runs), (), (catalogue()["hum"],))
 
@@ -29,8 +35,12 @@ def p_values(bench):
     """Return how likely noise alone would do as well as the best fit of every form."""
     base = bench.fitted(bench.plain, ())
     evidence = bench.evidence(base)
-    fits = [[bench.fitted(hum.put_in(base.fit.chain, s), (hum,)) for s in hum.starts(evidence)] for hum in HUMS]
-    return [min(h.p_value(base) for h in of_a_form) for of_a_form in fits]
+    found = []
+    for hum in HUMS:
+        near = [frequency_near(evidence, mains, hum.lines) for mains in MAINS_HZ]
+        chains = [hum.put_in(base.fit.chain, mains_lines(evidence, hum, f, hum.lines)) for f in near]
+        found.append(min(bench.fitted(chain, (hum,)).p_value(base) for chain in chains))
+    return found
 
 
 @pytest.mark.parametrize(("line_hz", "seconds"), [(50.0, (2.0, 3.0)), (49.93, (60.0,)), (60.41, (30.0, 20.0, 30.0))])
@@ -49,3 +59,11 @@ def test_what_noise_alone_makes_is_as_likely_as_said(seconds):
     told = np.array([p_values(idle(seconds, seed)) for seed in range(12)]).ravel()
     assert np.count_nonzero(told < 0.1) <= 7  # of 24: one time in 500 more, were they as likely as said
     assert np.median(told) < 0.999  # nor is it taken for far less likely than it is
+
+
+@pytest.mark.parametrize("line_v", [0.0, 0.008], ids=["none", "a line"])
+def test_mains_stand_out_of_noise_that_hangs_together_or_are_none(line_v):
+    """Noise of 50 Hz of bandwidth has twice the power at the mains that its white part has: no line begins there."""
+    bench = idle((4.0,) * 3, 3, line_v, 50.1, pole=0.7)
+    evidence = bench.evidence(bench.fitted(bench.plain, ()))
+    assert [bool(hum.starts(evidence)) for hum in HUMS] == [line_v > 0.0, False]
