@@ -24,7 +24,9 @@ WITHIN = "one effect: right name among at most 3"
 WRONG = "one effect: a wrong name called likelier than not"
 COVERED = "parameters within their 95 % interval"
 AS_ONE = "names for exactly the same data taken as one"
-FOREMOST = (FALSE_ALARM, RIGHT, WITHIN, WRONG, COVERED)
+BOTH = "two effects: both named"
+FOREIGN = "outside: a wrong name called likelier than not"
+FOREMOST = (FALSE_ALARM, RIGHT, WITHIN, WRONG, COVERED, BOTH, FOREIGN)
 WEAK = 0.8
 Z_BANDS = (10.0, 30.0, 100.0, 1000.0, np.inf)
 Rows = list[tuple[str, str, str]]
@@ -61,12 +63,12 @@ def _asked(outcomes: Sequence[Outcome], twins: Twins) -> Rows:
         (WRONG, "", str(share(single, confident_and_wrong))),
         (COVERED, "90 %", str(intervals(single))),
         ("`explained`: held-out residual at most 1.1 x noise", "all", str(proven(outcomes))),
-        ("two effects: both named", "80 %", str(share(pair, lambda o: set(o.ids) <= set(o.names)))),
+        (BOTH, "80 %", str(share(pair, lambda o: set(o.ids) <= set(o.names)))),
         (f"both named, {AS_ONE}", "", str(share(pair, lambda o: _kinds(o.ids, twins) <= _kinds(o.names, twins)))),
         ("two effects: at least one, and no wrong name", "97 %", str(share(pair, _one_and_no_wrong))),
         (f"one and no wrong name, {AS_ONE}", "", str(share(pair, lambda o: _one_and_none_else(o, twins)))),
         ("outside the catalogue: right stage", "85 %", str(share(outside, lambda o: o.placed))),
-        ("outside: a wrong name called likelier than not", "at most 5 %", str(share(outside, confident_and_wrong))),
+        (FOREIGN, "at most 5 %", str(share(outside, confident_and_wrong))),
         ("outside: no name at all", "", str(share(outside, lambda o: not o.names))),
         ("below detection (z 0.3-3): a wrong name", "", str(share(below, lambda o: bool(o.wrong)))),
     ]
