@@ -19,14 +19,13 @@ from identify.fit import Fit
 from identify.levels import Levels, hats, knots_between, merit
 from identify.noise import grid_step_v
 from identify.observe import Observation, weighed
-from identify.spectrum import PADDED, Spectrum, spectrum_of
+from identify.spectrum import highest_peak_hz
 from identify.stage import Place, Stage
 from identify.taps import Tapped
 from identify.trace import Array
 
 Matrix = NDArray[np.float64]
 FARTHEST = 0.5  # of a search coordinate, that a plain parameter is moved to first order
-SLOWEST = 8 * PADDED  # of a spectrum: what makes fewer turns than eight in a run is no line
 SUBSTEPS = 1  # candidates are compared on the samples' own grid: the comparison needs no finer one
 
 
@@ -106,13 +105,8 @@ class Evidence:
     @cached_property
     def strongest_line_hz(self) -> float:
         """Return the frequency at which the residual of the longest run has its highest peak, Hz, zero excluded."""
-        longest = max(self.spectra, key=lambda spectrum: spectrum.gains.size)
-        return longest.step_hz * (SLOWEST + int(np.argmax(longest.gains[SLOWEST:])))
-
-    @cached_property
-    def spectra(self) -> tuple[Spectrum, ...]:
-        """Return where the residual of every run has its power."""
-        return tuple(spectrum_of(o.residual(self.chain) / o.noise_v, o.use, self.sample_s) for o in self.observations)
+        longest = max(self.observations, key=lambda o: o.trace.size)
+        return highest_peak_hz(longest.residual(self.chain), longest.use, self.sample_s)
 
     @cached_property
     def residual(self) -> Array:

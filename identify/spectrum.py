@@ -1,39 +1,38 @@
 """At which frequencies does a residual have its power?"""
 
-from dataclasses import dataclass
-
 import numpy as np
+from numpy.typing import NDArray
 from scipy.fft import next_fast_len, rfft
+from scipy.signal import zoom_fft
 
 from identify.trace import Array, Mask
 
 PADDED = 4  # zeros to as many times the length: the peak of a line is near one of the frequencies
+SLOWEST = 8 * PADDED  # of the frequencies: what makes fewer turns than eight in a run is no line
 
 
-@dataclass(frozen=True)
-class Spectrum:
-    """Power at equally spaced frequencies, shape (m,): of white noise of variance one it is 2 on average."""
-
-    step_hz: float
-    gains: Array
-
-    def at(self, frequency_hz: Array) -> Array:
-        """Return the power at the nearest of the frequencies; none where samples cannot show it."""
-        nearest = np.rint(frequency_hz / self.step_hz).astype(np.int64)
-        return np.where(nearest < self.gains.size, self.gains[np.minimum(nearest, self.gains.size - 1)], 0.0)
-
-    def median(self, low_hz: float, high_hz: float) -> float:
-        """Return the median power from one frequency to another; 0 where samples show none of them."""
-        between = self.gains[max(round(low_hz / self.step_hz), 0) : max(round(high_hz / self.step_hz) + 1, 0)]
-        return float(np.median(between)) if between.size else 0.0
-
-
-def spectrum_of(residual: Array, use: Mask, sample_s: float) -> Spectrum:
-    """Return the spectrum of a residual in units of the noise, shape (N,), of which the samples in ``use`` count.
+def highest_peak_hz(residual: Array, use: Mask, sample_s: float) -> float:
+    """Return the frequency at which a residual, shape (N,), has its highest peak, Hz, zero excluded.
 
     Under a Hann window, so that what is strong far off does not show.
     """
     size = next_fast_len(PADDED * residual.size, real=True)
-    weights = np.where(use, np.hanning(residual.size), 0.0)
-    lines = rfft(residual * weights, size)
-    return Spectrum(1.0 / (size * sample_s), np.square(np.abs(lines)) * (2.0 / max(float(weights @ weights), 1e-300)))
+    lines = rfft(residual * np.where(use, np.hanning(residual.size), 0.0), size)
+    return (SLOWEST + int(np.argmax(np.abs(lines[SLOWEST:])))) / (size * sample_s)
+
+
+def matched(
+    residual: Array, line: NDArray[np.complex128], use: Mask, sample_s: float, widest_hz: float, count: int
+) -> Array:
+    """Return the power that a residual has of a line whose frequency is off by -widest_hz to widest_hz, shape (count,).
+
+    ``line`` is what the line, turning in the complex plane, makes of the answer, in units of the noise as ``residual``
+    is; both are of the samples in ``use`` (N,). Of white noise of variance one the power is 2 on average.
+    """
+    energy = float(np.sum(np.square(np.abs(line))))
+    if energy == 0.0:
+        return np.zeros(count)
+    product = np.zeros(use.size, dtype=np.complex128)
+    product[use] = residual * np.conj(line)
+    found = zoom_fft(product, [-widest_hz, widest_hz], count, fs=1.0 / sample_s, endpoint=True)
+    return np.asarray(np.square(np.abs(found)) * (2.0 / energy))

@@ -4,13 +4,14 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
+from scipy.stats import chi2
 
 from identify import kernels
 from identify.altered_play import Law
 from identify.chain import Chain
 from identify.effects.effect import Confusion
 from identify.effects.inside_play import InsidePlay
-from identify.mains import Line, frequency_near, mains_lines, stands_out
+from identify.mains import Line, Mains
 from identify.stage import Block, Grid, Parameter, Place, Run, Shape, Values
 from identify.trace import Array
 
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     from identify.evidence import Evidence
 
 MAINS_HZ = (50.0, 60.0)
+NO_MAINS_HZ = 55.0
+BY_CHANCE = 1e-3  # probability at which noise would stand out so
 SEARCHED = 12  # numbers that two frequencies are worth to noise alone, each found within 1 Hz, in runs of up to 60 s
 A_LINE = 1.5  # the same of a line's size and angle in a run: sizes are those of all runs, angles hang together
 LINES = {
@@ -127,9 +130,11 @@ class Hum(InsidePlay):
         return chain.with_values(values) if values != chain.values else chain
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
-        """Return the lines of the residual; at v they stand where the plain path would have passed them on."""
-        near = [frequency_near(evidence, f, self.lines) for f in MAINS_HZ]
+        """Return the mains of the residual, where they stand out of what lines at no mains' frequency explain as well.
+
+        What hangs together, as what the gap makes of noise in front of it, has as much there.
+        """
         freedom = self.freedom(len(evidence.observations))
-        return [
-            mains_lines(evidence, self, f, self.lines) for f in near if stands_out(evidence, f, self.lines, freedom)
-        ]
+        beside = max(Mains(evidence, self, self.lines, NO_MAINS_HZ).told / freedom, 1.0)
+        near = [Mains(evidence, self, self.lines, mains_hz) for mains_hz in MAINS_HZ]
+        return [mains.values() for mains in near if chi2.sf(mains.told / beside, freedom) < BY_CHANCE]

@@ -7,7 +7,7 @@ from scipy.signal import lfilter
 from identify.effects import catalogue, chain_of
 from identify.effects.hum import MAINS_HZ
 from identify.explain.bench import Bench
-from identify.mains import frequency_near, mains_lines
+from identify.mains import Mains
 from identify.stage import Place
 from identify.trace import Trace
 from tests.proof.rigs import RC
@@ -37,8 +37,8 @@ def p_values(bench):
     evidence = bench.evidence(base)
     found = []
     for hum in HUMS:
-        near = [frequency_near(evidence, mains, hum.lines) for mains in MAINS_HZ]
-        chains = [hum.put_in(base.fit.chain, mains_lines(evidence, hum, f, hum.lines)) for f in near]
+        near = [Mains(evidence, hum, hum.lines, mains_hz) for mains_hz in MAINS_HZ]
+        chains = [hum.put_in(base.fit.chain, mains.values()) for mains in near]
         found.append(min(bench.fitted(chain, (hum,)).p_value(base) for chain in chains))
     return found
 
@@ -48,8 +48,8 @@ def test_a_line_of_a_third_of_the_noise_is_found_where_it_is(line_hz, seconds):
     """In a minute, mains 0.07 Hz off are four turns away from where they should be."""
     bench = idle(seconds, 5, 0.003, line_hz)
     evidence = bench.evidence(bench.fitted(bench.plain, ()))
-    near = frequency_near(evidence, round(line_hz, -1), HUMS[0].lines)
-    assert near == pytest.approx(line_hz, abs=0.5 / max(seconds))  # half a turn
+    near = Mains(evidence, HUMS[0], HUMS[0].lines, round(line_hz, -1))
+    assert near.frequency_hz == pytest.approx(line_hz, abs=0.5 / max(seconds))  # half a turn
     assert min(p_values(bench)) < 1e-9
 
 
