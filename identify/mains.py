@@ -101,11 +101,15 @@ class Mains:
 
     @cached_property
     def _told(self) -> Array:
-        """Return what the lines explain at frequencies from RANGE_HZ below the mains' own to as much above."""
+        """Return what the lines explain at frequencies from RANGE_HZ below the mains' own to as much above.
+
+        Lines of which there are fewer than two samples in a turn do not count: they look like others.
+        """
         longest_s = max(o.trace.size for o in self.evidence.observations) * self.evidence.sample_s
         told = np.zeros(2 * int(np.ceil(FINER * RANGE_HZ * longest_s * self.orders.max())) + 1)
         residual, runs = self.evidence.residual, zip(self.evidence.parts(), self.evidence.observations, strict=True)
+        seen = self.orders * (self.mains_hz + RANGE_HZ) < 0.5 / self.evidence.sample_s
         for (_, part), o in runs:
-            for order, line in zip(self.orders, self._answers, strict=True):
+            for order, line in zip(self.orders[seen], self._answers[seen], strict=True):
                 told += matched(residual[part], line[part], o.use, self.evidence.sample_s, order * RANGE_HZ, told.size)
         return told

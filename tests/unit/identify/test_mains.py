@@ -13,21 +13,21 @@ from identify.trace import Trace
 from tests.proof.rigs import RC
 from tests.trials import model_of, observed
 
-RATE_HZ, NOISE_V = 1000.0, 0.01
+NOISE_V = 0.01
 HUMS = tuple(catalogue()["hum"](Place.SENSE, form) for form in catalogue()["hum"].forms)
 
 
-def idle(seconds, seed, line_v=0.0, line_hz=50.0, pole=0.0):
+def idle(seconds, seed, line_v=0.0, line_hz=50.0, pole=0.0, rate_hz=1000.0):
     """Return a bench with recordings of nothing but noise, and of a line that begins where it likes in each of them.
 
     The noise is white, or what one pole makes of that, of three times the variance it is taken for.
     """
     rng, runs = np.random.default_rng(seed), []
-    for number, size in enumerate(np.round(np.asarray(seconds) * RATE_HZ).astype(int)):
-        t = np.arange(size) / RATE_HZ + rng.uniform(0.0, 1.0)
+    for number, size in enumerate(np.round(np.asarray(seconds) * rate_hz).astype(int)):
+        t = np.arange(size) / rate_hz + rng.uniform(0.0, 1.0)
         noise = rng.normal(0.0, NOISE_V * np.sqrt(3.0 * (1.0 - pole**2) if pole else 1.0), size)
         y = line_v * np.sin(2.0 * np.pi * line_hz * t) + lfilter([1.0], [1.0, -pole], noise)
-        runs.append(observed(Trace(f"idle {number}", RATE_HZ, np.zeros(size), y), NOISE_V, 1))
+        runs.append(observed(Trace(f"idle {number}", rate_hz, np.zeros(size), y), NOISE_V, 1))
     return Bench(chain_of(model_of(RC)), tuple(runs), (), (catalogue()["hum"],))
 
 
@@ -67,3 +67,11 @@ def test_mains_stand_out_of_noise_that_hangs_together_or_are_none(line_v):
     bench = idle((4.0,) * 3, 3, line_v, 50.1, pole=0.7)
     evidence = bench.evidence(bench.fitted(bench.plain, ()))
     assert [bool(hum.starts(evidence)) for hum in HUMS] == [line_v > 0.0, False]
+
+
+def test_a_line_is_not_told_from_the_mains_by_one_too_fast_for_the_samples():
+    """Five times 55 Hz, 333 times a second, looks like 58 Hz, and so 60.41 Hz like five times 54.59 Hz."""
+    bench = idle((10.0,) * 2, 3, 0.01, 60.41, rate_hz=1000.0 / 3.0)
+    (start,) = HUMS[0].starts(bench.evidence(bench.fitted(bench.plain, ())))
+    assert start["frequency"] == pytest.approx(60.41, abs=0.02)
+    assert start["amplitude"] == pytest.approx(0.01, rel=0.1)
