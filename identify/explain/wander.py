@@ -65,7 +65,8 @@ def by_chance(
 
     No more in any run than is there, in what changes while F rests as in all else, and of that no more than a
     ``share``, that of what differs from repeat to repeat. Where F never moves, nothing in front of it makes any. None
-    at all where most of what differs, or of what drifts while F rests, is not of their making: something else does it.
+    at all where they make not nearly all of what differs, or where most of what drifts while F rests is not of their
+    making: something else does it.
     """
     if share <= 0.0 or not any(effect.by_chance for effect in effects):
         return 0.0
@@ -81,7 +82,7 @@ def by_chance(
         total += part * float(np.sum(np.minimum(MORE * its, beyond)))
         differs += part * float(np.sum(beyond))
         drifts += _drifts(moves, makes, rests, max(round(DRIFT_S * o.trace.rate_hz), 1))
-    return total if total >= MOSTLY * differs and drifts[1] <= MOSTLY * drifts[0] else 0.0
+    return total if total >= NEARLY * differs and drifts[1] <= MOSTLY * drifts[0] else 0.0
 
 
 def _drifts(left: Array, made: Array, stretches: NDArray[np.int64], window: int) -> Array:
