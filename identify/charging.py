@@ -6,7 +6,7 @@ from numba import njit
 from identify.trace import Array
 
 LEAST = 0.1  # of C that is always left: a law that is fitted must not let it vanish
-CLOSE = 1e-13  # of the larger of the level and a volt: a step of Newton's by which a level is found
+CLOSE = 1e-13  # of the larger of the level and a volt: what a step towards the level may leave
 TURNS = 30
 
 
@@ -26,12 +26,13 @@ def _ends(k1: float, k2: float) -> tuple[float, float]:
 
 
 @njit(error_model="numpy", cache=True)
-def _lost(law: tuple[float, float, float, float], level: float) -> tuple[float, float]:
-    """Return the charge over C, V, by which the capacitor holds less than C would at a level, and its slope."""
+def _lost(law: tuple[float, float, float, float], level: float) -> tuple[float, float, float]:
+    """Return the charge over C, V, by which the capacitor holds less than C would at a level, its slope and bend."""
     k1, k2, low, high = law
     inside = min(max(level, low), high)
     slope = inside * (k1 + inside * k2)
-    return inside * inside * (0.5 * k1 + inside * k2 / 3.0) + slope * (level - inside), slope
+    bend = k1 + 2.0 * inside * k2 if inside == level else 0.0
+    return inside * inside * (0.5 * k1 + inside * k2 / 3.0) + slope * (level - inside), slope, bend
 
 
 @njit(error_model="numpy", cache=True)
@@ -42,6 +43,8 @@ def charged(
 
     With c(s) the charge that is missing, in V: s = signal + c(s) - g and tau dg/dt = c(s) - g, exactly; c is straight
     within a step. ``state`` is (g, c) before the first instant, returned as it ends.
+
+    The level is foretold along the slope of the law and found by Chebyshev's method, of third order: mostly at once.
     """
     lag, before = state
     low, high = _ends(k1, k2)
@@ -49,18 +52,24 @@ def charged(
     kept = np.exp(-1.0 / tau)
     mean = -tau * np.expm1(-1.0 / tau)  # of the lag's answer over a step
     early, late = mean - kept, 1.0 - mean
-    level = 0.0
+    weight = 1.0 - late
+    curl = abs(k2) * weight / 3.0
+    level, asked, steep = 0.0, 0.0, 0.0
     for j in range(signal.size):
         from_before = kept * lag + early * before
         right = signal[j] - from_before
-        level = right if j == 0 else level + signal[j] - signal[j - 1]
+        level = right if j == 0 else level + (right - asked) * steep
+        asked = right
         for _ in range(TURNS):
-            missing, slope = _lost(law, level)
-            step = (level - (1.0 - late) * missing - right) / (1.0 - (1.0 - late) * slope)
-            level -= step
-            if abs(step) <= CLOSE * max(abs(level), 1.0):
+            missing, slope, bend = _lost(law, level)
+            steep = 1.0 / (1.0 - weight * slope)
+            far = (level - weight * missing - right) * steep
+            bent = -0.5 * weight * bend * steep * far
+            level -= far * (1.0 + bent)
+            left = abs(far) * (2.0 * bent * bent + curl * steep * far * far)
+            if left <= CLOSE * max(abs(level), 1.0):
                 break
-        before = _lost(law, level)[0]
+        before = (level - right) / weight
         lag = from_before + late * before
         out[j] = level
     return lag, before

@@ -13,7 +13,6 @@ from numba.extending import overload
 
 from identify.trace import Array
 
-BLOCKED = 40.0  # n V_T below a diode's knee, where its current is no more than rounding
 # Sums may be reordered and fused, NaN and infinity keep their meaning.
 _FAST = {"contract", "reassoc", "nsz"}
 _IN_ORDER = {"contract", "nsz"}
@@ -173,29 +172,6 @@ def waveform(first: float, step: float, orders: Any, sizes: Any, angles: Any, ou
 
 
 @njit(error_model="numpy", cache=True)
-def clamped(knee: float, forward: bool, backward: bool, v: Array, out: Array) -> None:
-    """Solve x + exp(x - knee) - exp(-knee) = v for x, by Newton's method: a diode across a resistor, all in n V_T.
-
-    ``forward`` says whether that diode is there, ``backward`` whether one of the other polarity is.
-    """
-    rest = np.exp(-knee)
-    for j in range(v.size):
-        size, up = abs(v[j]), v[j] > 0.0
-        with_it, against = (forward, backward) if up else (backward, forward)
-        offset = ((1.0 if against else 0.0) - (1.0 if with_it else 0.0)) * rest
-        x = knee + np.log1p(size - knee) if with_it and size > knee else size
-        none = knee > BLOCKED and (size < knee - BLOCKED or not with_it)  # no current that a number could show
-        for _ in range(0 if none else 60):  # from above the root of a convex law: no step overshoots
-            on = np.exp(x - knee) if with_it else 0.0
-            off = np.exp(-x - knee) if against else 0.0
-            step = (x + on - off + offset - size) / (1.0 + on + off)
-            x -= step
-            if abs(step) < 1e-13 * (1.0 + x):
-                break
-        out[j] = x if up else -x
-
-
-@njit(error_model="numpy", cache=True)
 def play_between(lower: Array, upper: Array, w: float, out: Array) -> float:
     """Run the play operator between two running borders from the level w; return the last. ``out`` may be one of them.
 
@@ -239,3 +215,22 @@ def best_cut(y: Array, answer: Array, use: Any, longest: int) -> tuple[Array, An
                 gains[i] = totals[i] if better else gains[i]
                 at[i] = k if better else at[i]
     return gains, at
+
+
+@njit(error_model="numpy", cache=True)
+def drawn(known: Array, start: float, step: float, out: Array) -> None:
+    """Read ``known`` at positions start + j step between its instants, on the cubic through the four around each.
+
+    ``known`` has four instants at least; past its first or last four their cubic goes on. Source: Lagrange's
+    interpolation, Abramowitz and Stegun 25.2.13.
+    """
+    last = known.size - 4
+    for j in range(out.size):
+        at = start + j * step
+        i = min(max(int(np.floor(at)) - 1, 0), last)
+        t = at - (i + 1)  # from the second of the four
+        before, after = t * (t - 1.0) * (1.0 / 6.0), (t + 1.0) * (t - 2.0) * 0.5
+        out[j] = (
+            (t + 1.0) * before * known[i + 3] - before * (t - 2.0) * known[i]
+            + after * ((t - 1.0) * known[i + 1] - t * known[i + 2])
+        )  # fmt: skip

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 
+from identify import kernels
 from identify.effects.effect import Confusion, Effect
 from identify.stage import Block, Grid, Parameter, Place, Run, Shape, Values
 from identify.trace import Array
@@ -47,16 +48,17 @@ class ClockSkew(Effect):
     def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
         """Return the stretch at work; it keeps as much of the past as the clocks have moved apart."""
         stretch = -values[0] * MILLIONTH
-        past, past_from = np.zeros(0), 0
+        past, past_from = np.zeros(1), -1  # at rest before the first
 
         def run(block: Block) -> Array:
             nonlocal past, past_from
             if stretch == 0.0:
                 return block.signal
-            known = np.concatenate((past, block.signal))
-            end = block.first + block.signal.size
-            wanted = np.arange(block.first, end, dtype=np.float64) * (1.0 + stretch)
-            out = _drawn(known, wanted - past_from)
+            known, end = np.concatenate((past, block.signal)), block.first + block.signal.size
+            out = np.empty_like(block.signal)
+            ahead = np.zeros(max(REACH - known.size, 0))
+            start = block.first * (1.0 + stretch) - past_from
+            kernels.drawn(np.concatenate((known, ahead)), start, 1.0 + stretch, out)
             keep = min(known.size, REACH + int(np.ceil(max(-stretch, 0.0) * end)))
             past, past_from = known[known.size - keep :], end - keep
             return out
@@ -70,15 +72,3 @@ class ClockSkew(Effect):
         found = evidence.best(self, [start for start in (best, again) if start])
         return [found] if found else []
 
-
-def _drawn(known: Array, at: Array) -> Array:
-    """Return a signal at positions between its instants, on the cubic through four of them; at rest before the first.
-
-    Source: Lagrange's interpolation, Abramowitz and Stegun 25.2.13.
-    """
-    known = np.concatenate((np.zeros(1), known, np.zeros(max(REACH - 1 - known.size, 0))))  # at rest before the first
-    first = np.clip(np.floor(at).astype(np.intp), 0, known.size - REACH)
-    t = at - first  # 0 at the second of the four once the leading zero is counted
-    weights = (-t * (t - 1.0) * (t - 2.0) / 6.0, (t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0,
-               -(t + 1.0) * t * (t - 2.0) / 2.0, (t + 1.0) * t * (t - 1.0) / 6.0)  # fmt: skip
-    return np.asarray(sum(weight * known[first + i] for i, weight in enumerate(weights)))

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 
-from identify import kernels
+from identify import diode
 from identify.effects.effect import Confusion, Effect
 from identify.stage import Grid, Parameter, Place, Run, Shape, Values, memoryless
 from identify.trace import Array
@@ -75,7 +75,7 @@ class DiodeClamp(Effect):
         """Return the level behind the diode, V."""
         x, sharpest = np.empty_like(w), SHARPEST * knee
         n_vt += sharpest * np.exp(-n_vt / sharpest)
-        kernels.clamped(knee / n_vt, self.side != "lower", self.side != "upper", w / n_vt, x)
+        diode.clamped(knee / n_vt, self.side != "lower", self.side != "upper", w / n_vt, x)
         return np.asarray((1.0 - slope) * n_vt * x + slope * w)
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 
+from identify import diode
 from identify.effects.effect import Confusion, Effect
 from identify.stage import Grid, Parameter, Place, Run, Shape, Values, memoryless
 from identify.trace import Array
@@ -92,5 +93,6 @@ def _tanh(w: Array, level: float) -> Array:
 
 def _diode(w: Array, level: float, knee: float, slope: float) -> Array:
     """Return w whose slope falls from one to ``slope`` around ``level``, within a few ``knee``; zero stays zero."""
-    drop = np.logaddexp(0.0, (w - level) / knee) - np.logaddexp(0.0, -level / knee)
-    return np.asarray(w - (1.0 - slope) * knee * drop)
+    out = np.empty_like(w)
+    diode.softened(level / knee, slope, w / knee, out)
+    return knee * out

@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 import pytest
 
-from identify import effects, kernels
+from identify import diode, effects
 from identify.chain import Chain, as_promised, local_name, plain_chain, signals, simulate
 from identify.effects import catalogue, chain_of, effect_of, physics_in, with_physics
 from identify.effects.inside_play import InsidePlay
@@ -191,7 +191,7 @@ def test_a_diode_however_sharp_keeps_a_slope_to_be_widened_along_and_one_that_is
         here, wider = (clamp.law(w, knee, share * knee * factor) for factor in (1.0, 1.2))
         assert np.abs(wider - here).max() > 1e-4
     n_vt, x = 0.003 * knee, np.empty_like(w)
-    kernels.clamped(knee / n_vt, True, False, w / n_vt, x)
+    diode.clamped(knee / n_vt, True, False, w / n_vt, x)
     assert np.abs(clamp.law(w, knee, n_vt) - n_vt * x).max() < 1e-4 * knee
 
 

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from identify import altered_kernels, charging, kernels
+from identify import altered_kernels, charging, diode, kernels
 from identify.discretise import Stepper
 from identify.following import slewed, slewed_softly
 
@@ -210,7 +210,7 @@ def test_waveform_is_a_sum_of_sines_without_drift_of_its_phasor():
 def test_a_clamp_solves_the_equation_of_its_diodes(knee, forward, backward):
     v = np.concatenate((np.linspace(-40.0, 60.0, 1001), (-3000.0, 3000.0, 0.0)))
     x = np.empty(v.size)
-    kernels.clamped(knee, forward, backward, v, x)
+    diode.clamped(knee, forward, backward, v, x)
     on = np.exp(x - knee) - np.exp(-knee) if forward else 0.0
     off = np.exp(-x - knee) - np.exp(-knee) if backward else 0.0
     left = x + on - off - v
