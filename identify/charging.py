@@ -53,7 +53,7 @@ def charged(
     mean = -tau * np.expm1(-1.0 / tau)  # of the lag's answer over a step
     early, late = mean - kept, 1.0 - mean
     weight = 1.0 - late
-    curl = abs(k2) * weight / 3.0
+    curl, per_weight = abs(k2) * weight / 3.0, 1.0 / weight
     level, asked, steep = 0.0, 0.0, 0.0
     for j in range(signal.size):
         from_before = kept * lag + early * before
@@ -69,7 +69,7 @@ def charged(
             left = abs(far) * (2.0 * bent * bent + curl * steep * far * far)
             if left <= CLOSE * max(abs(level), 1.0):
                 break
-        before = (level - right) / weight
+        before = (level - right) * per_weight
         lag = from_before + late * before
         out[j] = level
     return lag, before

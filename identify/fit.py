@@ -93,12 +93,15 @@ def fit(
     pull: Pull | None = None,
     valleys: bool = True,
     enough: float = 0.0,
+    rougher: int = 1,
 ) -> Fit:
     """Fit ``chain`` from its own values to all observations; the prior sits at ``centre`` (default: the start).
 
     A ``pull`` draws the fit aside; its price is not in the cost that is returned. Without ``valleys`` a step that does
     not help is only made shorter: narrow bent valleys are then not followed to their end, at half the work. Nor are
-    they where some steps in a row gain less than ``enough`` of chi-squared together.
+    they where some steps in a row gain less than ``enough`` of chi-squared together. Slopes that take a run for every
+    value are taken on grids ``rougher`` by up to that factor: they lead to where they are too small to tell, and cost
+    most of a fit.
 
     Never raises for bad numbers: a fit that does not converge says so in ``converged`` and ``sentence``.
     """
@@ -106,7 +109,7 @@ def fit(
     coordinates = coordinates_of(chain, centre, [o.trace.name for o in observations], fixed)
     begun = [chain.values.get(c.name, chain.values[c.parameter.name]) for c in coordinates]
     start = np.array([c.bounded(c.theta(value)) for c, value in zip(coordinates, begun, strict=True)])
-    found = _search(_Problem(chain, tuple(observations), coordinates, pull), start, iterations, valleys, enough)
+    found = _search(_Problem(chain, tuple(observations), coordinates, pull, rougher), start, iterations, valleys, enough)
     return replace(found, cost=found.cost - pull.cost(found.chain)) if pull else found
 
 
@@ -118,6 +121,15 @@ class _Problem:
     observations: tuple[Observation, ...]
     coordinates: tuple[Coordinate, ...]
     pull: Pull | None = None
+    rougher: int = 1
+
+    @cached_property
+    def slopes_on(self) -> tuple[Observation, ...]:
+        """Return the data on the grids of the slopes."""
+        return tuple(
+            replace(o, substeps=max(o.substeps // self.rougher, 1), left_out=None) if self.rougher > 1 < o.substeps else o
+            for o in self.observations
+        )
 
     def at(self, theta: Array) -> Chain:
         """Return the chain at search coordinates theta."""
@@ -170,8 +182,8 @@ class _Problem:
         right = -theta * self.prior_sd**-2.0
         chain = self.at(theta)
         scales = {c.name: c.slope(float(t)) for c, t in zip(self.coordinates, theta, strict=True)}
-        for observation in self.observations:
-            curvature, gradient = sensitivities(chain, scales, observation).normal()
+        for observation, rough in zip(self.observations, self.slopes_on, strict=True):
+            curvature, gradient = sensitivities(chain, scales, observation, rough).normal()
             matrix += curvature
             right += gradient
         if self.pull:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify.chain import Chain, advance, grid_of
+from identify.chain import CHUNK, Chain, advance, grid_of, running
 from identify.colour import whitening
 from identify.derivatives import lane_kernels
 from identify.derivatives.lanes import WIDTH
@@ -53,10 +53,13 @@ class Sensitivities:
         return np.concatenate([rows[:, self.columns].T for _, rows in self.chunks], axis=1)
 
 
-def sensitivities(chain: Chain, scales: Scales, observation: Observation) -> Sensitivities:
+def sensitivities(
+    chain: Chain, scales: Scales, observation: Observation, slopes_on: Observation | None = None
+) -> Sensitivities:
     """Return how a run's answer changes with the named values, each taken in steps of its scale.
 
-    Raises ValueError where the chain cannot be simulated.
+    What has to be run once more for every value may be run on a coarser grid than the answer: that of ``slopes_on``,
+    the same run. Raises ValueError where the chain cannot be simulated.
     """
     followers = {follower: scales[leader] for follower, leader in chain.tied if leader in scales}
     per_noise = {name: scale / observation.noise_v for name, scale in {**scales, **followers}.items()}
@@ -65,7 +68,9 @@ def sensitivities(chain: Chain, scales: Scales, observation: Observation) -> Sen
         at = dict(zip(per_noise, exact.columns, strict=True))
         joined = tuple((at[leader], at[follower]) for follower, leader in chain.tied if follower in followers)
         return Sensitivities(exact.columns[: len(scales)], _from_tangents(exact, observation, joined))
-    return Sensitivities(tuple(range(len(scales))), _from_differences(chain, scales, observation))
+    return Sensitivities(
+        tuple(range(len(scales))), _from_differences(chain, scales, observation, slopes_on or observation)
+    )
 
 
 def _from_tangents(
@@ -91,18 +96,22 @@ def _whitening(observation: Observation) -> Callable[[Array, Matrix, Mask], tupl
     return lambda residual, rows, use: (of_residual(residual, use), of_rows(rows, use))
 
 
-def _from_differences(chain: Chain, scales: Scales, observation: Observation) -> Iterator[tuple[Array, Matrix]]:
-    """Yield residuals and rows from one-sided differences."""
-    grid = grid_of(observation.trace, observation.substeps)
+def _from_differences(
+    chain: Chain, scales: Scales, observation: Observation, slopes_on: Observation
+) -> Iterator[tuple[Array, Matrix]]:
+    """Yield residuals and rows from one-sided differences, these on the grid of ``slopes_on``."""
+    grid = grid_of(observation.trace, slopes_on.substeps)
     base = chain.begin(grid)
     here = {n: chain.values.get(n, chain.values[n.partition("[")[0]]) for n in scales}  # of one run: as of all
     varied = [chain.with_values({name: here[name] + DIFFERENCE * scales[name]}) for name in scales]
     firsts = [chain.first_difference(other, grid.run) for other in varied]
     others = [other.begin(grid, first) for other, first in zip(varied, firsts, strict=True)]
-    white, every = _whitening(observation), grid.substeps
+    finer = slopes_on.substeps != observation.substeps
+    run = running(chain, grid_of(observation.trace, observation.substeps)) if finer else None
+    white, every, size = _whitening(observation), grid.substeps, max(CHUNK // observation.substeps, 1)
     lines, steps = np.zeros((len(varied), 0)), 1.0 / (DIFFERENCE * observation.noise_v)
-    for piece in observation.pieces():
-        passed: list[Block] = [piece.entering]
+    for piece, rough in zip(observation.pieces(size), slopes_on.pieces(size), strict=True):
+        passed: list[Block] = [rough.entering]
         for stage in base:
             passed.append(advance(stage, passed[-1]))
         answer = passed[-1].signal[::every]
@@ -113,4 +122,5 @@ def _from_differences(chain: Chain, scales: Scales, observation: Observation) ->
             for stage in runs:
                 block = advance(stage, block)
             np.multiply(block.signal[::every] - answer, steps, out=line)
-        yield white((piece.y - answer) / observation.noise_v, lines[:, : answer.size].T, piece.use)
+        left = piece.y - (run(piece.entering)[:: observation.substeps] if run else answer)
+        yield white(left / observation.noise_v, lines[:, : answer.size].T, piece.use)

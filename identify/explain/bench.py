@@ -46,6 +46,7 @@ DOUBLED = 3  # candidates of a round that are fitted again from twice their stre
 ITERATIONS = 40
 ENOUGH = 0.3  # of chi-squared: steps that gain less together change no odds
 COARSER = 4  # instants of a grid to one of that on which a fit is searched
+ROUGHER = 4  # of the latter to one of that on which its slopes are taken
 ROUNDS = 3  # of measuring what finer grids add, at most
 TURNS = 4  # times phases are looked for anew once the rest has moved
 
@@ -96,7 +97,7 @@ class Bench:
         """Fit a chain on grids that stay; where what it makes by chance shows, its size is told by that, too."""
         search = partial(
             fit, observations=seen, centre=self.plain.values, fixed=self.fixed, iterations=iterations, valleys=False,
-            enough=enough,
+            enough=enough, rougher=ROUGHER if enough else 1,
         )  # fmt: skip
         found = search(chain, pull=sizing(chain, effects, seen))
         pull = sizing(found.chain, effects, seen)
