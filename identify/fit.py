@@ -109,7 +109,8 @@ def fit(
     coordinates = coordinates_of(chain, centre, [o.trace.name for o in observations], fixed)
     begun = [chain.values.get(c.name, chain.values[c.parameter.name]) for c in coordinates]
     start = np.array([c.bounded(c.theta(value)) for c, value in zip(coordinates, begun, strict=True)])
-    found = _search(_Problem(chain, tuple(observations), coordinates, pull, rougher), start, iterations, valleys, enough)
+    problem = _Problem(chain, tuple(observations), coordinates, pull, rougher)
+    found = _search(problem, start, iterations, valleys, enough)
     return replace(found, cost=found.cost - pull.cost(found.chain)) if pull else found
 
 
@@ -126,10 +127,10 @@ class _Problem:
     @cached_property
     def slopes_on(self) -> tuple[Observation, ...]:
         """Return the data on the grids of the slopes."""
-        return tuple(
-            replace(o, substeps=max(o.substeps // self.rougher, 1), left_out=None) if self.rougher > 1 < o.substeps else o
-            for o in self.observations
-        )
+        if self.rougher == 1:
+            return self.observations
+        grids = (max(o.substeps // self.rougher, 1) for o in self.observations)
+        return tuple(replace(o, substeps=n) for o, n in zip(self.observations, grids, strict=True))
 
     def at(self, theta: Array) -> Chain:
         """Return the chain at search coordinates theta."""

@@ -353,6 +353,15 @@ def test_one_slope_for_both_borders_is_searched_as_one_and_its_derivative_is_tha
     assert np.allclose(rows[1], by_hand, rtol=0, atol=1e-6 * np.abs(by_hand).max())
 
 
+def test_slopes_of_a_rougher_grid_lead_to_the_same_values():
+    bent = chain_of(model_of(toleranced(RC, 5, 0.2), (Physics("feedthrough", {"k": 1e-3}),)))
+    seen = [replace(o, substeps=8) for o in observations([recorded(RC, stimulus) for stimulus in (STAIRS, SINE)])]
+    whole, rough = (fit(bent, seen, rougher=n) for n in (1, 4))
+    assert rough.converged
+    assert rough.cost - whole.cost < 0.05
+    assert 0.0 < rough.distance(whole) < 0.2
+
+
 def test_a_slope_that_no_circuit_has_is_not_fitted():
     clamp = catalogue()["diode_clamp"](Place.F, "upper, resistor")
     wide = recorded(RC, sine("sine", 31.25, 8.0, 8, 1))

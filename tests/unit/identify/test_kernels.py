@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
+from scipy.special import wrightomega
 
 from identify import altered_kernels, charging, diode, kernels
 from identify.discretise import Stepper
@@ -216,6 +217,33 @@ def test_a_clamp_solves_the_equation_of_its_diodes(knee, forward, backward):
     left = x + on - off - v
     assert np.abs(left / (1.0 + np.abs(v))).max() < 1e-11
     assert np.all(np.diff(x[:1001]) > 0.0)
+
+
+@given(st.floats(-50.0, 800.0))
+@settings(deadline=None, max_examples=300)
+def test_omega_is_wrights(z):
+    assert diode.omega(z) == pytest.approx(float(wrightomega(z)), rel=1e-13)
+
+
+@pytest.mark.parametrize(("level", "slope"), [(0.5, 0.0), (3.0, 0.4), (60.0, 0.9)])
+def test_a_softened_line_is_bent_by_the_integral_of_a_logistic_curve(level, slope):
+    w = np.linspace(-80.0, 90.0, 341)
+    out = np.empty(w.size)
+    diode.softened(level, slope, w, out)
+    assert np.allclose(out, w - (1.0 - slope) * (np.logaddexp(0.0, w - level) - np.logaddexp(0.0, -level)), atol=1e-13)
+    diode.softened(level, slope, np.zeros(1), out)
+    assert out[0] == 0.0
+
+
+@pytest.mark.parametrize("step", [1.0, 1.0003, 0.97])
+def test_readings_between_instants_lie_on_the_cubic_of_the_four_around(step):
+    law = np.polynomial.Polynomial([0.3, -0.2, 0.05, 0.01])
+    known, out = law(np.arange(-1.0, 39.0)), np.empty(37)
+    kernels.drawn(known, 1.2, step, out)
+    assert np.allclose(out, law(0.2 + step * np.arange(37)), rtol=1e-12, atol=1e-12)
+    bent = np.where(np.arange(40) < 20, 0.0, 1.0)  # the four around are asked, and no others
+    kernels.drawn(bent, 0.5, 1.0, out)
+    assert np.count_nonzero((out != 0.0) & (np.abs(out - 1.0) > 1e-12)) == 3
 
 
 def test_loops_are_for_compiled_code():

@@ -127,6 +127,21 @@ def test_other_chains_are_run_once_more_for_every_number():
         assert np.abs(slopes - expected).max() < 1e-2 * np.abs(expected).max(), name
 
 
+@pytest.mark.parametrize("substeps", [2, 8])
+def test_on_a_rougher_grid_slopes_are_nearly_the_same_and_residuals_exactly(substeps):
+    use = np.random.default_rng(0).random(SWEEP.size) < 0.7
+    model = Model("rig", block(2), PLAY, block(2), physics=(Physics("feedthrough", {"k": 0.1}),))
+    chain, seen = chain_of(model), observed(y=0.5, use=use, substeps=substeps)
+    rough = replace(seen, substeps=1)
+    fine, short = (sensitivities(chain, own_sizes(chain), seen, grid) for grid in (seen, rough))
+    residuals, rows = zip(*((left.copy(), slopes.copy()) for left, slopes in short.chunks), strict=True)
+    assert np.allclose(np.concatenate(residuals), seen.used_residual(chain) / seen.noise_v, rtol=0, atol=1e-12)
+    own = sensitivities(chain, own_sizes(chain), rough).slopes()
+    assert np.allclose(np.concatenate(rows).T, own, rtol=0, atol=1e-9 * np.abs(own).max())
+    expected = fine.slopes()
+    assert 0.0 < np.abs(own - expected).max() < 0.1 * np.abs(expected).max()
+
+
 def test_blocks_of_high_order_and_flat_borders_go_the_other_way():
     grid = Grid("run", 1.0 / RATE_HZ)
     fifth = Rational((1.0,), tuple(np.poly([-900.0] * 5) / 900.0**5))
