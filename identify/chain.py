@@ -166,9 +166,14 @@ def grid_of(trace: Trace, substeps: int = 1) -> Grid:
     return Grid(trace.name, 1.0 / (trace.rate_hz * substeps), substeps, trace.start_s, trace.late_s)
 
 
+def samples_at_once(substeps: int) -> int:
+    """Return how many samples are handled at once: ``CHUNK`` instants of so many to a sample."""
+    return max(CHUNK // substeps, 1)
+
+
 def chunks(source: Samples, grid: Grid, samples: int | None = None) -> Iterator[Block]:
-    """Yield the source voltage in stretches of whole samples: of ``CHUNK`` instants, or as many as are asked for."""
-    size = (samples or max(CHUNK // grid.substeps, 1)) * grid.substeps
+    """Yield the source voltage in stretches of whole samples: as many as are handled at once, or are asked for."""
+    size = (samples or samples_at_once(grid.substeps)) * grid.substeps
     for first in range(0, source.size, size):
         piece = source[first : first + size]
         yield Block(piece, piece, first, grid)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.between import source_of
-from identify.chain import CHUNK, Chain, answered, chunks, grid_of, running, simulate
+from identify.chain import Chain, answered, chunks, grid_of, running, samples_at_once, simulate
 from identify.colour import WHITE, Colour, whitening
 from identify.stage import Block
 from identify.trace import Array, Mask, Samples, Trace, blocks, regrouped
@@ -146,7 +146,7 @@ def refined(observation: Observation, chain: Chain) -> Observation:
 
 def _is_seen(observation: Observation, chain: Chain, substeps: int, finest: int) -> bool:
     """Return whether the error of stepping reaches SEEN standard deviations; the run is left where it does."""
-    answers = (answered(chain, observation.trace, n, CHUNK // finest) for n in (substeps, finest))
+    answers = (answered(chain, observation.trace, n, samples_at_once(finest)) for n in (substeps, finest))
     total, first = 0.0, 0
     most = SEEN * observation.noise_v
     for coarse, fine in zip(*answers, strict=True):

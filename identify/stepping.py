@@ -12,7 +12,7 @@ from math import log2, sqrt
 
 import numpy as np
 
-from identify.chain import CHUNK, Chain, answered
+from identify.chain import Chain, answered, samples_at_once
 from identify.derivatives.sensitivities import sensitivities
 from identify.discretise import Matrix
 from identify.fit import Fit, fit
@@ -112,7 +112,7 @@ def corrected(observation: Observation, chain: Chain) -> Observation:
 def _added(observation: Observation, chain: Chain, substeps: int) -> Iterator[tuple[slice, Array]]:
     """Yield what a finer grid adds to the answer, V, stretch by stretch, and which samples each is of."""
     grids = (observation.substeps, substeps)
-    answers = (answered(chain, observation.trace, n, CHUNK // substeps) for n in grids)
+    answers = (answered(chain, observation.trace, n, samples_at_once(substeps)) for n in grids)
     first = 0
     for coarse, fine in zip(*answers, strict=True):
         yield slice(first, first + coarse.size), fine - coarse

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify.chain import CHUNK, Chain, advance, grid_of, running
+from identify.chain import Chain, advance, grid_of, running, samples_at_once
 from identify.colour import whitening
 from identify.derivatives import lane_kernels
 from identify.derivatives.lanes import WIDTH
@@ -108,7 +108,7 @@ def _from_differences(
     others = [other.begin(grid, first) for other, first in zip(varied, firsts, strict=True)]
     finer = slopes_on.substeps != observation.substeps
     run = running(chain, grid_of(observation.trace, observation.substeps)) if finer else None
-    white, every, size = _whitening(observation), grid.substeps, max(CHUNK // observation.substeps, 1)
+    white, every, size = _whitening(observation), grid.substeps, samples_at_once(observation.substeps)
     lines, steps = np.zeros((len(varied), 0)), 1.0 / (DIFFERENCE * observation.noise_v)
     for piece, rough in zip(observation.pieces(size), slopes_on.pieces(size), strict=True):
         passed: list[Block] = [rough.entering]
