@@ -62,7 +62,7 @@ def test_it_is_measured_anew_and_not_added_up():
 
 def test_long_runs_are_walked_in_stretches(monkeypatch):
     whole = corrected(seen(FAST, 0.01), CHAIN)
-    monkeypatch.setattr("identify.stepping.CHUNK", 640)
+    monkeypatch.setattr("identify.chain.CHUNK", 640)
     assert np.allclose(corrected(seen(FAST, 0.01), CHAIN).left_out, whole.left_out, rtol=0, atol=1e-3)
 
 
