@@ -13,6 +13,7 @@ from identify.observe import Observation
 from identify.stage import Parameter
 
 STARTS = 12  # phases tried around the circle
+TURNED = 10.0  # of chi-squared of a run: a turn that explains less more is no other
 
 
 def angles_of(parameters: Sequence[Parameter]) -> list[Parameter]:
@@ -41,3 +42,19 @@ def _around(chain: Chain, name: str, here: float, observations: Sequence[Observa
     angles = here + np.linspace(0.0, 2.0 * np.pi, STARTS, endpoint=False)[1:]
     options = [chain, *(chain.with_values({name: float(angle)}) for angle in angles)]
     return min(options, key=lambda option: sum(chi_squared(option, o) for o in observations))
+
+
+def turned_sines(chain: Chain, observations: Sequence[Observation], names: Sequence[str]) -> Chain:
+    """Return a chain whose sine and cosine, the two local values of ``names``, are turned where that explains more.
+
+    A gap passes on what pushes it and keeps the rest: of a run that rests on plateaus only peaks show, and a fit that
+    begins at another turn, small, stays there. What goes on in all runs has one size: that is tried at turns of each.
+    """
+    pairs = [[local_name(name, o.trace.name) for name in names] for o in observations]
+    size = float(np.median([np.linalg.norm([chain.values[name] for name in pair]) for pair in pairs]))
+    angles = np.linspace(0.0, 2.0 * np.pi, STARTS, endpoint=False).tolist()
+    for pair, o in zip(pairs, observations, strict=True):
+        turns = [dict(zip(pair, (size * np.cos(a), size * np.sin(a)), strict=True)) for a in angles]
+        best = min((chain.with_values(turn) for turn in turns), key=lambda c: chi_squared(c, o))
+        chain = best if chi_squared(best, o) < chi_squared(chain, o) - TURNED else chain
+    return chain

@@ -29,7 +29,6 @@ CLOCK = 6
 LAGS = 4
 PADDED = 8  # times the length of a run, with zeros: places a peak between bins
 GAPS = (0.01, 0.03, 0.08, 0.2, 0.4)  # of the range of a signal: the half gaps of a second hysteresis
-BESIDE = (-0.75, -0.5, -0.25, 0.25, 0.5, 0.75)  # of what the longest run resolves: frequencies tried beside a peak
 SLOWER = 2.0  # than the slowest time constant of the chain: where creep begins and the filters of G1 and G2 end
 
 
@@ -82,13 +81,7 @@ def _memories(evidence: Evidence, name: str) -> Iterator[Correction]:
 
 
 def sharpened(evidence: Evidence, correction: Correction) -> list[Correction]:
-    """Return a map of the level with more knots, what has one frequency at others as near as runs can tell from it.
-
-    Nothing for any other correction.
-    """
-    if correction.searched:
-        longest_s = max(o.trace.size for o in evidence.observations) * evidence.sample_s
-        return [replace(correction, knots=(correction.knots[0] + share / longest_s,)) for share in BESIDE]
+    """Return a map of the level with more knots, nothing for any other correction."""
     if correction.form != LevelMap.form or correction.place == Place.SOURCE:
         return []
     return [replace(correction, knots=level_knots(evidence, correction.place, count)) for count in FINER]

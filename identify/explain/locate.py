@@ -1,9 +1,7 @@
 """At which stage, and along which coordinate, does what the chain cannot explain enter?
 
-Every correction is judged on the residual to first order, the plain parameters moving with it. Its weights are taken
-as drawn from one normal distribution whose width the data choose, so that a correction of many weights has no advantage
-over one of few (MacKay, Neural Computation 4 (1992) 415). What no correction explains counts as noise. The best of
-every place is then fitted, because a large mismatch is not linear.
+Every correction is judged on the residual to first order (suspect). The best of every place is then fitted, because a
+large mismatch is not linear; where that leaves more than noise, laws with corners are tried, which no smooth map is.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,73 +10,27 @@ from functools import cached_property
 from math import exp
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.stats import chi2 as chi2_distribution
 
-from identify.chain import local_name
-from identify.derivatives.sensitivities import DIFFERENCE
-from identify.evidence import Evidence
 from identify.explain.bench import Bench
-from identify.explain.corrections import corrections, sharpened
+from identify.explain.corners import cornered, moved
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.wander import all_wanders, wandering
+from identify.explain.suspect import Suspect, contenders, finer, suspects, unexplained
+from identify.explain.wander import all_wanders
 from identify.fit import chi_squared
+from identify.phases import turned_sines
 from identify.stage import Place
-from identify.trace import Array
 from identify.unnamed.correction import Correction
-from identify.unnamed.linear import SlowFilter
+from identify.unnamed.maps import BrokenMap
 
 ITERATIONS = 8  # a correction is nearly linear in its weights
-FITTED = 4  # corrections that are fitted; the others are judged to first order
-WIDTHS = np.geomspace(1e-2, 1e10, 49)  # of the weights' distribution over that at which they could just be seen
 LEVEL = 1e-3  # probability of a false alarm, all corrections together
-CLOSE = 0.9  # share of the best log likelihood from which another place is fitted
 NEAR = 1.5  # times the best sum of squares, up to which a search cut short is ended
-KNOWN = 10.0  # over the root of the samples: misfit that a correction of the right kind may leave
+KNOWN = 60.0  # of chi-squared, by which a correction of the right kind may be behind
 LAWLESS = 6  # power of the ratio of what two corrections leave that gives their odds where neither is the law
+MOVED = 2  # times corners are moved, at most
 MOST = 64  # knots that are fitted
-RANK = 1e-9  # eigenvalues of the weights' information below this share of the largest are not told by the data
 LIKELY = 0.05  # posterior probability from which a place is mentioned beside the best
 TEMPER = 0.05  # of a log likelihood: corrections are families near the truth, not the truth
-
-
-@dataclass(frozen=True)
-class Suspect:
-    """A correction to first order: eigenvalues of its weights' information, and the square the data give each.
-
-    ``values`` are all that solves the linear problem, weights and plain parameters, by full name. ``looks`` is among
-    how many like it this one was chosen for what it shows.
-    """
-
-    correction: Correction
-    information: Array
-    squares: Array
-    values: Mapping[str, float]
-    looks: int = 1
-
-    @cached_property
-    def gain(self) -> float:
-        """Return the fall of chi-squared."""
-        return float(np.sum(self.squares))
-
-    @property
-    def p_value(self) -> float:
-        """Return the probability of such a gain from noise alone."""
-        once = float(chi2_distribution.sf(max(self.gain, 0.0), max(self.squares.size, 1)))
-        return min(self.looks * once, 1.0)
-
-    def worth(self, noise: float) -> tuple[float, float]:
-        """Return the log of the likelihood ratio to no correction, and the price of the weights that is in it.
-
-        ``noise`` is the variance of what no correction explains, in units of the noise's.
-        """
-        if not self.squares.size:
-            return 0.0, 0.0
-        seen = WIDTHS[:, None] * self.information / float(np.max(self.information))
-        prices = 0.5 * np.sum(np.log1p(seen), axis=1) + np.log(self.looks)
-        worth = 0.5 * np.sum(self.squares / noise * seen / (1.0 + seen), axis=1) - prices
-        best = int(np.argmax(worth))
-        return float(worth[best]), float(prices[best])
 
 
 @dataclass(frozen=True)
@@ -114,10 +66,11 @@ class Located:
     def places(self) -> dict[Place, float]:
         """Return the posterior probability of every place that was fitted, the likeliest first."""
         worth = scores(self.base, [h for _, h in self.fitted], self.prices)
-        left = [max(h.misfit, KNOWN / h.count**0.5) for _, h in self.fitted]
+        least = min(h.misfit for _, h in self.fitted)
+        left = [h.misfit - least + max(least, KNOWN / h.count) for _, h in self.fitted]
         found: dict[Place, float] = {}
         for (correction, _), score, misfit in zip(self.fitted, worth, left, strict=True):
-            odds = max(exp(max(TEMPER * (score - max(worth)), -700.0)), (left[0] / max(misfit, left[0])) ** LAWLESS)
+            odds = max(exp(max(TEMPER * (score - max(worth)), -700.0)), (min(left) / misfit) ** LAWLESS)
             for place in correction.same_at:
                 found[place] = max(found.get(place, 0.0), odds)
         total = sum(found.values())
@@ -139,71 +92,6 @@ def scores(base: Hypothesis, fitted: Sequence[Hypothesis], prices: Sequence[floa
     return [0.5 * (base.chi2 - h.chi2) / noise - price for h, price in zip(fitted, prices, strict=True)]
 
 
-def suspects(evidence: Evidence) -> list[Suspect]:
-    """Return every correction with its promise to first order, the likeliest first."""
-    found = [_placed(suspect(evidence, correction)) for correction in corrections(evidence)]
-    found += [Suspect(one, np.ones(squares.size), squares, values) for one, squares, values in wandering(evidence.fine)]
-    noise = unexplained(evidence, found)
-    return sorted(found, key=lambda s: -s.worth(noise)[0])
-
-
-def unexplained(evidence: Evidence, found: Sequence[Suspect]) -> float:
-    """Return the variance of what no correction explains, in units of the noise's, at least one."""
-    left = evidence.left - max((s.gain for s in found), default=0.0)
-    return max(1.0, left / evidence.residual.size)
-
-
-def suspect(evidence: Evidence, correction: Correction) -> Suspect:
-    """Return what a correction promises when all its weights and the plain parameters move together."""
-    evidence = evidence.seen_by(correction)
-    names, columns = _columns(evidence, correction)
-    largest = np.maximum(columns.max(axis=1), -columns.min(axis=1))  # NaN where any is
-    kept = (largest > DIFFERENCE) & np.isfinite(largest)
-    if not kept.any():
-        return Suspect(correction, np.empty(0), np.empty(0), {})
-    if not kept.all():
-        names, columns = [n for n, keep in zip(names, kept, strict=True) if keep], columns[kept]
-    matrix, right = evidence.normal_of(columns)
-    values, vectors = np.linalg.eigh(matrix)
-    seen = values > RANK * values[-1]
-    pulls = vectors[:, seen].T @ right
-    weights = vectors[:, seen] @ (pulls / values[seen])
-    moved = _moved(evidence, evidence.residual - weights @ columns)
-    solved = {**moved, **dict(zip(names, weights.tolist(), strict=True))}
-    looks = sum(o.trace.size for o in evidence.observations) // 2 if correction.searched else 1
-    return Suspect(correction, values[seen], pulls**2 / values[seen], solved, looks)
-
-
-def _moved(evidence: Evidence, residual: Array) -> dict[str, float]:
-    """Return the values of the fitted parameters, by full name, once they have moved to explain a residual."""
-    fit = evidence.fitted
-    there = fit.theta + evidence.step(residual)
-    return {c.name: c.value(c.bounded(float(t))) for t, c in zip(there, fit.coordinates, strict=True)}
-
-
-def _columns(evidence: Evidence, correction: Correction) -> tuple[list[str], NDArray[np.float64]]:
-    """Return the names of all weights, and the change of the answer by a unit of each, in units of the noise."""
-    chain, step = correction.put_in(evidence.chain), evidence.observations[0].noise_v
-    names = [p.name for p in correction.parameters()]
-    columns = np.array([evidence.change(chain.with_values({name: step})) for name in names]) / step
-    if not correction.local:
-        return names, columns
-    runs = [o.trace.name for o in evidence.observations]
-    each = [np.where(mask, columns, 0.0) for mask in evidence.masks]
-    return [local_name(name, run) for run in runs for name in names], np.concatenate(each)
-
-
-def _placed(found: Suspect) -> Suspect:
-    """Return a slow filter behind F at the stage whose physics does what it does, which no data can tell.
-
-    What goes on in the direction of a step is the creep of a capacitor that holds, what sags back is a coupling.
-    """
-    if found.correction.form != SlowFilter.form or found.correction.place != Place.SENSE:
-        return found
-    creeps = sum(found.values.get(p.name, 0.0) for p in found.correction.parameters()) < 0.0
-    return replace(found, correction=replace(found.correction, place=Place.F)) if creeps else found
-
-
 def located(bench: Bench, base: Hypothesis) -> Located:
     """Fit the corrections that promise most on top of a hypothesis, the best of each of several places.
 
@@ -217,30 +105,16 @@ def located(bench: Bench, base: Hypothesis) -> Located:
     if p_value >= LEVEL:
         return Located(base, (), p_value)
     noise = unexplained(evidence, ranked)
-    worth = [finer(evidence, s, noise) for s in contenders(ranked, noise)]
-    fitted = ended(bench, [(s.correction, fitted_from(bench, base, s)) for s in worth])
+    worth = [*(finer(evidence, s, noise) for s in contenders(ranked, noise)), *cornered(evidence, ranked, noise)]
+    fitted = [(s.correction, fitted_from(bench, base, s)) for s in worth]
+    reach = NEAR * min(h.chi2 for _, h in fitted)
+    fitted = [with_corners(bench, base, c, h) if h.chi2 < reach else (c, h) for c, h in fitted]
+    fitted = ended(bench, fitted)
     prices = [s.worth(noise)[1] for s in worth]
     order = np.argsort([-score for score in scores(base, [h for _, h in fitted], prices)], kind="stable")
     return Located(
         base, tuple(fitted[i] for i in order), p_value, tuple(prices[i] for i in order), _promised(ranked, base)
     )
-
-
-def contenders(ranked: Sequence[Suspect], noise: float) -> list[Suspect]:
-    """Return what is worth a fit: of every place the best, and of the best place the second, if close enough."""
-    worth = [s.worth(noise)[0] for s in ranked]
-    close = [s for s, value in zip(ranked, worth, strict=True) if value > max(CLOSE * worth[0], 0.0)]
-    first: dict[Place, Suspect] = {}
-    for s in close:
-        first.setdefault(s.correction.place, s)
-    second = [s for s in close if s.correction.place == close[0].correction.place][1:2] if close else []
-    return [*first.values(), *second][:FITTED] if close else list(ranked[:1])
-
-
-def finer(evidence: Evidence, found: Suspect, noise: float) -> Suspect:
-    """Return a suspect with as many knots as the data ask for."""
-    sharper = [suspect(evidence, correction) for correction in sharpened(evidence, found.correction)]
-    return max([found, *sharper], key=lambda s: s.worth(noise)[0])
 
 
 def fitted_from(bench: Bench, base: Hypothesis, found: Suspect) -> Hypothesis:
@@ -251,7 +125,29 @@ def fitted_from(bench: Bench, base: Hypothesis, found: Suspect) -> Hypothesis:
         chi2 = sum(chi_squared(solved, o) for o in bench.observations)
         return replace(base, fit=replace(base.fit, chain=solved), chi2=chi2)
     helps = sum(chi_squared(solved, o) for o in bench.observations) < base.chi2
-    return bench.fitted(solved if helps else still, base.effects, ITERATIONS)
+    fitted = bench.fitted(solved if helps else still, base.effects, ITERATIONS)
+    if not found.correction.searched:
+        return fitted
+    turned = turned_sines(fitted.fit.chain, bench.observations, [p.name for p in found.correction.parameters()])
+    return fitted if turned is fitted.fit.chain else min(
+        (fitted, bench.fitted(turned, base.effects, ITERATIONS)), key=lambda h: h.chi2
+    )  # fmt: skip
+
+
+def with_corners(
+    bench: Bench, base: Hypothesis, law: Correction, fitted: Hypothesis
+) -> tuple[Correction, Hypothesis]:
+    """Return a fit with corners moved to where they are best once the plain values are where the law lets them be."""
+    for _ in range(MOVED):
+        if not isinstance(law, BrokenMap) or fitted.misfit < base.noise_known:
+            break
+        plain = bench.fitted(base.fit.chain.with_values(fitted.fit.chain.values), base.effects, 0)
+        again = moved(bench.evidence(plain), law)
+        better = fitted_from(bench, plain, again)
+        if better.chi2 > fitted.chi2 - 1.0:
+            break
+        law, fitted = again.correction, better
+    return law, fitted
 
 
 def ended(bench: Bench, fitted: list[tuple[Correction, Hypothesis]]) -> list[tuple[Correction, Hypothesis]]:

@@ -11,8 +11,8 @@ from identify.explain.bench import Bench
 from identify.explain.decide import decided
 from identify.explain.exchange import exchanged
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.locate import suspects
 from identify.explain.round import WHOLE, Round, counts
+from identify.explain.suspect import suspects
 from identify.explain.wander import all_wanders
 
 MOST_EFFECTS = 3

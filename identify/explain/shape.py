@@ -14,7 +14,7 @@ from identify.stage import Place
 from identify.trace import Array
 from identify.unnamed.correction import Correction
 from identify.unnamed.linear import Filter
-from identify.unnamed.maps import LEVELS, LevelMap, spline
+from identify.unnamed.maps import LEVELS, BrokenMap, LevelMap, spline
 from identify.unnamed.memory import BorderMap
 
 POINTS = 81
@@ -59,6 +59,8 @@ def shape_of(correction: Correction, fit: Fit, observations: Sequence[Observatio
         return _response(correction, fit)
     if not correction.curved:
         return None
+    if isinstance(correction, BrokenMap):
+        return _of_corners(correction, fit, observations)
     if isinstance(correction, LevelMap | BorderMap):
         return _of_levels(correction, fit, observations)
     at = np.linspace(correction.knots[0], correction.knots[-1], POINTS)
@@ -69,13 +71,29 @@ def shape_of(correction: Correction, fit: Fit, observations: Sequence[Observatio
 def _of_levels(correction: Correction, fit: Fit, observations: Sequence[Observation]) -> Shape:
     """Return the curves of a map of levels, less the straight line that F could have instead."""
     place = Place.G1 if isinstance(correction, BorderMap) else correction.place
-    visits = np.concatenate([_entering(correction, place, fit.chain, o)[o.use] for o in observations])
-    low, high = np.quantile(visits, (VISITED, 1.0 - VISITED))
-    at = np.linspace(float(low), float(high), POINTS)
-    weights = np.histogram(visits, POINTS, (float(low), float(high)))[0].astype(np.float64) + 1.0
+    at, weights = _visited(correction, place, fit, observations)
     unit = np.eye(len(correction.knots))[:, [i - 1 for i in correction.numbers]]
     rows = np.array([_along(correction.knots, unit[:, j], at) for j in range(unit.shape[1])]).T
     return _drawn(correction, fit, at, _without_line(at, weights) @ rows)
+
+
+def _of_corners(correction: BrokenMap, fit: Fit, observations: Sequence[Observation]) -> Shape:
+    """Return the curve of a law with corners, less the straight line that F could have instead."""
+    at, weights = _visited(correction, correction.place, fit, observations)
+    rows = _without_line(at, weights) @ correction.shapes(at).T
+    value, covariance = _weights(fit, [p.name for p in correction.parameters()])
+    half = SURE * np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", rows, covariance, rows), 0.0))
+    return Shape(correction.axis, correction.knot_unit, "added", "V", at, ("",), (np.asarray(rows @ value),), (half,))
+
+
+def _visited(
+    correction: Correction, place: Place, fit: Fit, observations: Sequence[Observation]
+) -> tuple[Array, Array]:
+    """Return levels over the range that a signal visits, V, and how often it is near each."""
+    visits = np.concatenate([_entering(correction, place, fit.chain, o)[o.use] for o in observations])
+    low, high = np.quantile(visits, (VISITED, 1.0 - VISITED))
+    at = np.linspace(float(low), float(high), POINTS)
+    return at, np.histogram(visits, POINTS, (float(low), float(high)))[0].astype(np.float64) + 1.0
 
 
 def _entering(correction: Correction, place: Place, chain: Chain, observation: Observation) -> Array:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from identify.explain.bench import Bench
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.locate import suspects
+from identify.explain.suspect import suspects
 from identify.interval import number
 from identify.stage import Place
 

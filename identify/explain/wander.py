@@ -1,7 +1,6 @@
-"""Does a mismatch come back when the same is played again, and if not, does it need the signal to move?
+"""Does a mismatch come back when the same is played again, and if not, may what acts by chance have made it?
 
-What physics without chance makes is the same in every repeat of a stimulus. What is not, wanders by itself: where it is
-there while F rests it is added behind F, where it only shows while F moves it happens in F.
+What physics without chance makes is the same in every repeat of a stimulus. What is not, wanders by itself.
 """
 
 from collections.abc import Iterator, Sequence
@@ -13,19 +12,14 @@ from numpy.typing import NDArray
 from identify.chain import Chain, signals
 from identify.colour import whitening
 from identify.effects.effect import Effect
-from identify.evidence import Evidence
 from identify.explain.chance import MORE, as_large, scatter_in, scatter_of, scatters_all
-from identify.explain.corrections import free_name
 from identify.explain.hypothesis import Hypothesis, proven
 from identify.fit import Pull, chi_squared
 from identify.observe import Observation
 from identify.stage import Place
 from identify.trace import Array, Mask
 from identify.uncertainty.inflation import inflation
-from identify.unnamed.correction import Correction
-from identify.unnamed.maps import ClockMap
 
-WINDOWS_S = (0.004, 0.02, 0.1)
 MOSTLY = 0.5  # share of a misfit that must not come back
 NEARLY = 0.75  # share of a misfit that chance must make, run by run, to be all that is left
 DRIFT_S = 0.02  # whose means tell what drifts from what is quick
@@ -34,22 +28,6 @@ STILL = 1e-3  # of the largest rate of w, below which it rests
 SURE = 0.2  # of the log of a size that scatter tells: courses of chance differ
 QUIET = 0.25  # of what chance must make, below which a run is too quiet for it: courses of chance differ
 HANGS = 3.0  # standard deviations from which readings that follow each other hang together
-CALM = 0.25  # of the misfit while F moves, below which what is left at rest is not the same thing
-
-
-def wandering(evidence: Evidence) -> Iterator[tuple[Correction, Array, dict[str, float]]]:
-    """Yield tables over the clock as fine as windows, with the square the data give each and its values.
-
-    Nothing where the mismatch comes back with the stimulus or nothing was repeated.
-    """
-    if unrepeated(evidence.chain, evidence.observations) < MOSTLY:
-        return
-    place, name = where(evidence), free_name(evidence.chain)
-    for window_s in WINDOWS_S:
-        parts = [_windows(o, evidence, window_s) for o in evidence.observations]
-        at, mean, squares = (np.concatenate([part[i] for part in parts]) for i in range(3))
-        correction = ClockMap(place, tuple(at.tolist()), name)
-        yield correction, squares, dict(zip((p.name for p in correction.parameters()), mean.tolist(), strict=True))
 
 
 def unrepeated(chain: Chain, observations: Sequence[Observation]) -> float:
@@ -73,8 +51,8 @@ def by_chance(
     total, differs, drifts = 0.0, 0.0, np.zeros(2)
     for number, o in enumerate(observations):
         made = scatter_in(chain, effects, o, number)
-        left, use = _white(o, o.residual(chain))[: made.size], o.use[: made.size]
-        rests = _stretches(_still(chain, o)[: made.size] & use)
+        left, use = whitened(o, o.residual(chain))[: made.size], o.use[: made.size]
+        rests = _stretches(resting(chain, o)[: made.size] & use)
         moves, makes = _changes(left, rests), _changes(made, rests)
         there, its = _apart(left, moves, use), _apart(made, makes, use)
         noise = np.array([np.count_nonzero(rests), np.count_nonzero(use & (rests == 0))])
@@ -152,7 +130,7 @@ def _hanging(chain: Chain, observations: Sequence[Observation]) -> float:
 
     0 where chance may make what they have in common; all of it where nothing was repeated.
     """
-    common = sum(_in_common(_white(o, o.residual(chain)), o.use) for o in observations)
+    common = sum(_in_common(whitened(o, o.residual(chain)), o.use) for o in observations)
     count = sum(int(np.count_nonzero(o.use[:-1] & o.use[1:])) for o in observations)
     return common * _anew(chain, observations) if common > HANGS * sqrt(count) else 0.0
 
@@ -225,7 +203,7 @@ def _misfit_of_repeats(chain: Chain, observations: Sequence[Observation]) -> tup
 def _compared(chain: Chain, observation: Observation) -> Iterator[tuple[Array, Array, Mask]]:
     """Yield what is left of a stretch and of its repeat, and where the model answers both alike and both count."""
     residual = observation.residual(chain)
-    white, answer = _white(observation, residual), (observation.trace.y[:] - residual) / observation.noise_v
+    white, answer = whitened(observation, residual), (observation.trace.y[:] - residual) / observation.noise_v
     for once, again in _repeats(observation):
         alike = np.abs(answer[once] - answer[again]) < 1.0
         yield white[once], white[again], observation.use[once] & observation.use[again] & alike
@@ -242,50 +220,14 @@ def _repeats(observation: Observation) -> Iterator[tuple[slice, slice]]:
         last[step.label] = here
 
 
-def where(evidence: Evidence) -> Place:
-    """Return sense for what is there while F rests, too, else F."""
-    resting, moving = [], []
-    for o in evidence.observations:
-        beyond = np.square(_white(o, o.residual(evidence.chain))) - 1.0
-        still = _still(evidence.chain, o)
-        resting.append(beyond[still & o.use])
-        moving.append(beyond[~still & o.use])
-    rest, move = (np.concatenate(parts) for parts in (resting, moving))
-    if not rest.size or not move.size:
-        return Place.SENSE
-    return Place.F if float(np.mean(rest)) < CALM * float(np.mean(move)) else Place.SENSE
-
-
-def _still(chain: Chain, observation: Observation) -> Mask:
+def resting(chain: Chain, observation: Observation) -> Mask:
     """Return where the signal behind G2 hardly moves: F rests and its last move has passed."""
     level = signals(chain, observation.trace)[chain.index(Place.G2) - 1]
     rate = np.abs(np.diff(level, prepend=level[:1]))
     return np.asarray(rate < STILL * float(np.max(rate)), dtype=np.bool_)
 
 
-def _windows(observation: Observation, evidence: Evidence, window_s: float) -> tuple[Array, Array, Array]:
-    """Return the middle of every window on the clock, the mean residual in it in V, and its weight in chi-squared.
-
-    The noise is that within the windows where it is larger than what was told of it. Noise that hangs together wanders
-    by itself: what is weighed is made white.
-    """
-    size = max(round(window_s / evidence.sample_s), 1)
-    number = np.arange(observation.trace.size) // size
-    residual = observation.residual(evidence.chain)
-    count = np.bincount(number, observation.use)
-    each = np.maximum(count, 1)
-    mean = np.bincount(number, np.where(observation.use, residual, 0.0)) / each
-    white = _white(observation, residual)
-    level = np.bincount(number, white) / each
-    middle = observation.trace.start_s + (np.arange(count.size) + 0.5) * size * evidence.sample_s
-    kept = count > 0
-    scatter = np.where(observation.use, np.square(white - level[number]), 0.0)
-    noise2 = max(float(np.sum(scatter)) / max(float(np.sum(count - 1.0, where=kept)), 1.0), 1.0)
-    squares = count * np.square(level) / noise2
-    return np.asarray(middle[kept], dtype=np.float64), mean[kept], np.asarray(squares[kept], dtype=np.float64)
-
-
-def _white(observation: Observation, residual: Array) -> Array:
+def whitened(observation: Observation, residual: Array) -> Array:
     """Return a residual, V, per noise and as white as a fit weighs it, shape (N,): 0 where it does not count."""
     white, use = np.zeros(residual.size), observation.use
     white[use] = whitening(observation.colour)(residual / observation.noise_v, use)

@@ -6,9 +6,9 @@ from identify.blocks import Play
 from identify.effects.effect import Effect
 from identify.explain.bench import Bench
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.locate import Located, located
+from identify.explain.locate import MOST, Located, located
 from identify.explain.rivals import left_to_explain, unheard
-from identify.explain.round import Round
+from identify.explain.round import FORETOLD, Round
 from identify.fit import Fit
 from identify.stage import Place
 
@@ -44,6 +44,11 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
     strayed = misplaced(bench, final)
     earned = [(base, winner) for base, winner in steps if not strayed & set(winner.names)]
     hypothesis = final if len(earned) == len(steps) else earned[-1][1] if earned else plain
+    foretold = [e for e in hypothesis.effects if e.by_chance and hypothesis.swell > 1.0]
+    for effect in foretold:  # chance is believed last
+        under = located(bench, bench.without(hypothesis, effect))
+        if _foretells(under, hypothesis):
+            return Warranted(under.base, under)
     beyond = located(bench, hypothesis)
     while hypothesis.effects and beyond.significant and earned:
         base, winner = earned.pop()
@@ -55,6 +60,16 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
             break
         hypothesis, beyond = rest, under
     return Warranted(hypothesis, beyond)
+
+
+def _foretells(under: Located, chance: Hypothesis) -> bool:
+    """Return whether a correction of free form makes most of what a hypothesis with chance in it would explain.
+
+    What acts by chance could have made any scatter; a law of few numbers that foretells it is believed first. A table
+    as fine as the data foretells nothing.
+    """
+    told = [h for c, h in under.fitted if under.significant and len(c.knots) <= MOST]
+    return any(under.base.chi2 - h.chi2 > FORETOLD * (under.base.chi2 - chance.chi2) for h in told)
 
 
 def _needless(beyond: Located, under: Located, place: Place) -> bool:

@@ -66,6 +66,42 @@ class LevelMap(Correction):
 
 
 @dataclass(frozen=True)
+class BrokenMap(Correction):
+    """A memoryless law of the signal's own level that jumps and bends at the knots and is straight between."""
+
+    form = "corners of the level"
+    kind = "a memoryless law with corners"
+    equation = "s' = s + sum of j_k (s > c_k) + b_k max(s - c_k, 0)"
+    knot_unit = "V"
+    weights = (("jump", "V"), ("bend", "V/V"))
+    places = tuple(Place)
+    least = 1
+
+    @property
+    def axis(self) -> str:
+        """Return the level of the signal at the place."""
+        return LEVELS[self.place]
+
+    def shapes(self, level: Array) -> NDArray[np.float64]:
+        """Return what a unit of every weight adds at levels, V, shape (weights, levels)."""
+        above = level - np.array(self.knots)[:, None]
+        return np.concatenate([above > 0.0, np.maximum(above, 0.0)])
+
+    def summed(self, values: Values, grid: Grid) -> Run:
+        """Return the signal plus the jumps and bends."""
+        used = [(c, *pair) for c, *pair in zip(self.knots, *self.split(values), strict=True) if any(pair)]
+
+        def run(block: Block) -> Array:
+            out = block.signal.copy()
+            for corner, jump, bend in used:
+                above = block.signal - corner
+                out += np.where(above > 0.0, jump + bend * above, 0.0)
+            return out
+
+        return run
+
+
+@dataclass(frozen=True)
 class RateMap(Correction):
     """A law of how fast the signal moves, straight between knots."""
 
@@ -112,6 +148,14 @@ class ClockMap(Correction):
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal plus the table."""
         return lambda block: np.asarray(block.signal + np.interp(block.time_s(), self.knots, values))
+
+
+@dataclass(frozen=True)
+class Moments(ClockMap):
+    """A table over clock time that is zero but at single moments."""
+
+    form = "single moments"
+    kind = "something that happens at single moments"
 
 
 @dataclass(frozen=True)

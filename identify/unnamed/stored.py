@@ -15,7 +15,7 @@ from identify.stage import Place
 from identify.unnamed.correction import UNNAMED, Correction
 from identify.unnamed.linear import Bypass, Filter, SlowFilter
 from identify.unnamed.lines import GapRipple, Line, Ripple
-from identify.unnamed.maps import ClockMap, GainMap, LevelMap, RateMap
+from identify.unnamed.maps import BrokenMap, ClockMap, GainMap, LevelMap, Moments, RateMap
 from identify.unnamed.memory import BorderMap, GapOverClock, GapOverRate, Hysteresis, Plateau
 from identify.unnamed.modulation import Swiftness, Warming
 
@@ -24,8 +24,8 @@ UNEVEN = 1e-6  # share by which evenly spaced knots may differ, for rounding
 KINDS: dict[str, type[Correction]] = {
     kind.form: kind
     for kind in (
-        LevelMap, BorderMap, RateMap, Filter, SlowFilter, Bypass, Hysteresis, Plateau, GapOverRate, GapOverClock,
-        GapRipple, ClockMap, GainMap, Line, Ripple, Warming, Swiftness,
+        LevelMap, BrokenMap, BorderMap, RateMap, Filter, SlowFilter, Bypass, Hysteresis, Plateau, GapOverRate,
+        GapOverClock, GapRipple, ClockMap, Moments, GainMap, Line, Ripple, Warming, Swiftness,
     )
 }  # fmt: skip
 

@@ -10,10 +10,11 @@ from identify.evidence import Evidence
 from identify.explain.bench import Bench
 from identify.explain.corrections import ripple_hz
 from identify.explain.locate import Located, ended, located
+from identify.explain.moments import where
 from identify.explain.prove import proven
 from identify.explain.shape import shape_of
 from identify.explain.survey import surveyed
-from identify.explain.wander import unrepeated, where
+from identify.explain.wander import unrepeated
 from identify.stage import Place
 from identify.trace import Step
 from identify.unnamed.maps import LevelMap

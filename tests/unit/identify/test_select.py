@@ -13,12 +13,13 @@ from identify.explain.decide import decided, overtaking
 from identify.explain.exchange import exchanged
 from identify.explain.explain import prepared
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.locate import Located, Suspect
+from identify.explain.locate import Located
 from identify.explain.neighbours import resettled
 from identify.explain.promise import Promise
 from identify.explain.rivals import odds
 from identify.explain.round import Round, lagging, outdone, ranked, unforeseen
 from identify.explain.select import _belongs, _explainable, selected
+from identify.explain.suspect import Suspect
 from identify.fit import chi_squared
 from identify.holdout import split
 from identify.phases import angles_of, scanned

@@ -1,0 +1,103 @@
+"""At which levels does a memoryless law jump or bend, where no smooth one explains enough?
+
+Corners are taken one after the other, each where it explains most beside those before it (as in MARS: Friedman, Annals
+of Statistics 19 (1991) 1), from an even grid of levels, and then moved to where they all together explain most.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from math import log
+
+import numpy as np
+
+from identify.evidence import Evidence, Matrix
+from identify.explain.corrections import level_knots
+from identify.explain.suspect import Suspect, columns_of, suspect
+from identify.trace import Array
+from identify.unnamed.correction import Correction
+from identify.unnamed.maps import BrokenMap, LevelMap
+
+GRID = (16, 64)  # levels at which a corner may be, at least and at most
+NUMBERS = 1 << 25  # of all columns together, at most: 256 MB
+MOST_CORNERS = 4
+FURTHER = 0.02  # share of what the corners before it explain, that one more has to add
+LIKE = 0.5  # share of the best worth, from which the place of a map of the level is tried
+NEARLY = 0.9  # share of what corners elsewhere promise, from which those of a place are moved and fitted
+RANK = 1e-9
+CLOSER, FINEST = 0.4, 1e-3  # of the distance of levels: ratio of the steps in which corners are moved, the last of them
+
+
+def cornered(evidence: Evidence, ranked: Sequence[Suspect], noise: float) -> list[Suspect]:
+    """Return laws with corners, one for every place at which a smooth map promises much and corners nearly the most."""
+    most = max(s.worth(noise)[0] for s in ranked)
+    maps = [s.correction for s in ranked if s.correction.form == LevelMap.form and s.worth(noise)[0] > LIKE * most]
+    begun = [law for law in (_begun(evidence, like) for like in {c.place: c for c in maps}.values()) if law is not None]
+    best = max((gain for _, gain in begun), default=0.0)
+    return [moved(evidence, law) for law, gain in begun if gain > NEARLY * best]
+
+
+def _begun(evidence: Evidence, like: Correction) -> tuple[BrokenMap, float] | None:
+    """Return a law with corners on an even grid of levels and its promise, None where no corner explains anything."""
+    size = int(np.clip(NUMBERS // (2 * evidence.residual.size), *GRID))
+    grid = BrokenMap(like.place, level_knots(evidence, like.place, size)[1:-1], like.name)
+    columns = columns_of(evidence, grid)[1]
+    told = np.all(np.isfinite(columns), axis=1)
+    matrix, right = evidence.normal_of(np.where(told[:, None], columns, 0.0))
+    chosen = _chosen(matrix, right)
+    law = replace(grid, knots=tuple(grid.knots[i] for i in sorted(chosen)))
+    return (law, _gain(matrix, right, chosen)) if chosen else None
+
+
+def _chosen(matrix: Matrix, right: Array) -> list[int]:
+    """Return the numbers of the corners, those that explain most first."""
+    count = right.size // 2
+    found: list[int] = []
+    explained = 0.0
+    for _ in range(MOST_CORNERS):
+        gains = [_gain(matrix, right, [*found, i]) if i not in found else 0.0 for i in range(count)]
+        best = int(np.argmax(gains))
+        if gains[best] - explained < max(FURTHER * explained, 4.0 * log(max(count, 2))):
+            break
+        found, explained = [*found, best], gains[best]
+    return found
+
+
+def _gain(matrix: Matrix, right: Array, corners: Sequence[int]) -> float:
+    """Return the fall of chi-squared that corners promise together; each has a jump and, so many further on, a bend."""
+    at = [*corners, *(i + right.size // 2 for i in corners)]
+    return float(right[at] @ np.linalg.pinv(matrix[np.ix_(at, at)], rcond=RANK, hermitian=True) @ right[at])
+
+
+def moved(evidence: Evidence, law: BrokenMap) -> Suspect:
+    """Return a law whose corners are where they explain most, each moved while the others stay."""
+    low, high = evidence.range(law.place)
+    step = (high - low) / GRID[1]
+    last = FINEST * step
+
+    def columns(knot: float) -> Matrix:
+        return columns_of(evidence, replace(law, knots=(knot,)))[1]
+
+    parts = {knot: columns(knot) for knot in law.knots}
+    gain = _together(evidence, parts)
+    while step > last:
+        for knot in tuple(parts):
+            for there in (knot - step, knot + step):
+                others = {k: part for k, part in parts.items() if k != knot}
+                if there not in others:
+                    tried = {**others, there: columns(there)}
+                    better = _together(evidence, tried)
+                    if better > gain:
+                        parts, gain = tried, better
+                        break
+        step *= CLOSER
+    found = suspect(evidence, replace(law, knots=tuple(sorted(parts))))
+    return replace(found, looks=len(parts) * log(GRID[1] / FINEST))
+
+
+def _together(evidence: Evidence, parts: Mapping[float, Matrix]) -> float:
+    """Return the fall of chi-squared that jumps and bends promise together."""
+    rows = np.concatenate(list(parts.values()))
+    if not np.all(np.isfinite(rows)):
+        return 0.0
+    matrix, right = evidence.normal_of(rows)
+    return float(right @ np.linalg.pinv(matrix, rcond=RANK, hermitian=True) @ right)

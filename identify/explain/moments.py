@@ -1,0 +1,81 @@
+"""What of a mismatch that does not come back with the stimulus goes with the clock: all the time, or at single moments?
+
+What is there while F rests, too, is added behind F; what only shows while F moves happens in F.
+"""
+
+from collections.abc import Iterator
+from math import log
+
+import numpy as np
+
+from identify.evidence import Evidence
+from identify.explain.corrections import free_name
+from identify.explain.wander import MOSTLY, resting, unrepeated, whitened
+from identify.observe import Observation
+from identify.stage import Place
+from identify.trace import Array
+from identify.unnamed.correction import Correction
+from identify.unnamed.maps import ClockMap, Moments
+
+WINDOWS_S = (0.004, 0.02, 0.1)
+BURST_S = 0.001  # the window in which single moments are sought
+BURST = 9.0  # of chi-squared, beyond what the largest of all windows has by chance, from which something happened there
+CALM = 0.25  # of the misfit while F moves, below which what is left at rest is not the same thing
+
+
+def wandering(evidence: Evidence) -> Iterator[tuple[Correction, Array, dict[str, float], float]]:
+    """Yield tables over the clock as fine as windows, with the square the data give each and its values.
+
+    And one of single moments, zero everywhere else, with the log of among how many like it it was chosen. Nothing where
+    the mismatch comes back with the stimulus or nothing was repeated.
+    """
+    if unrepeated(evidence.chain, evidence.observations) < MOSTLY:
+        return
+    place, name = where(evidence), free_name(evidence.chain)
+    for window_s in (*WINDOWS_S, BURST_S):
+        parts = [_windows(o, evidence, window_s) for o in evidence.observations]
+        at, mean, squares = (np.concatenate([part[i] for part in parts]) for i in range(3))
+        knots, looks = tuple(at.tolist()), 0.0
+        correction = ClockMap(place, knots, name)
+        if window_s == BURST_S:
+            bursts = squares > BURST + 2.0 * log(squares.size)
+            correction, mean, squares = Moments(place, knots, name), np.where(bursts, mean, 0.0), squares[bursts]
+            looks = squares.size * (1.0 + log(at.size / max(squares.size, 1)))
+        values = dict(zip((p.name for p in correction.parameters()), mean.tolist(), strict=True))
+        yield correction, squares, values, looks
+
+
+def where(evidence: Evidence) -> Place:
+    """Return sense for what is there while F rests, too, else F."""
+    calm, moving = [], []
+    for o in evidence.observations:
+        beyond = np.square(whitened(o, o.residual(evidence.chain))) - 1.0
+        rests = resting(evidence.chain, o)
+        calm.append(beyond[rests & o.use])
+        moving.append(beyond[~rests & o.use])
+    rest, move = (np.concatenate(parts) for parts in (calm, moving))
+    if not rest.size or not move.size:
+        return Place.SENSE
+    return Place.F if float(np.mean(rest)) < CALM * float(np.mean(move)) else Place.SENSE
+
+
+def _windows(observation: Observation, evidence: Evidence, window_s: float) -> tuple[Array, Array, Array]:
+    """Return the middle of every window on the clock, the mean residual in it in V, and its weight in chi-squared.
+
+    The noise is that within the windows where it is larger than what was told of it. Noise that hangs together wanders
+    by itself: what is weighed is made white.
+    """
+    size = max(round(window_s / evidence.sample_s), 1)
+    number = np.arange(observation.trace.size) // size
+    residual = observation.residual(evidence.chain)
+    count = np.bincount(number, observation.use)
+    each = np.maximum(count, 1)
+    mean = np.bincount(number, np.where(observation.use, residual, 0.0)) / each
+    white = whitened(observation, residual)
+    level = np.bincount(number, white) / each
+    middle = observation.trace.start_s + (np.arange(count.size) + 0.5) * size * evidence.sample_s
+    kept = count > 0
+    scatter = np.where(observation.use, np.square(white - level[number]), 0.0)
+    noise2 = max(float(np.sum(scatter)) / max(float(np.sum(count - 1.0, where=kept)), 1.0), 1.0)
+    squares = count * np.square(level) / noise2
+    return np.asarray(middle[kept], dtype=np.float64), mean[kept], np.asarray(squares[kept], dtype=np.float64)

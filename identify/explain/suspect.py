@@ -1,0 +1,175 @@
+"""What does every correction of free form promise to first order, the plain parameters moving with it?
+
+Its weights are taken as drawn from one normal distribution whose width the data choose, so that a correction of many
+weights has no advantage over one of few (MacKay, Neural Computation 4 (1992) 415). What no correction explains counts
+as noise.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import exp, log
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2 as chi2_distribution
+
+from identify.chain import local_name
+from identify.derivatives.sensitivities import DIFFERENCE
+from identify.evidence import Evidence
+from identify.explain.corrections import corrections, sharpened
+from identify.explain.moments import wandering
+from identify.stage import Place
+from identify.trace import Array
+from identify.unnamed.correction import Correction
+from identify.unnamed.linear import SlowFilter
+
+WIDTHS = np.geomspace(1e-2, 1e10, 49)  # of the weights' distribution over that at which they could just be seen
+FITTED = 4  # corrections that are fitted; the others are judged to first order
+CLOSE = 0.9  # share of the best log likelihood from which another place is fitted
+RANK = 1e-9  # eigenvalues of the weights' information below this share of the largest are not told by the data
+BESIDE, CLOSER, TUNED = 0.5, 0.4, 1e-3  # of what the longest run resolves: steps in which a frequency is moved
+
+
+@dataclass(frozen=True)
+class Suspect:
+    """A correction to first order: eigenvalues of its weights' information, and the square the data give each.
+
+    ``values`` are all that solves the linear problem, weights and plain parameters, by full name. ``looks`` is the
+    log of among how many like it this one was chosen for what it shows.
+    """
+
+    correction: Correction
+    information: Array
+    squares: Array
+    values: Mapping[str, float]
+    looks: float = 0.0
+
+    @cached_property
+    def gain(self) -> float:
+        """Return the fall of chi-squared."""
+        return float(np.sum(self.squares))
+
+    @property
+    def p_value(self) -> float:
+        """Return the probability of such a gain from noise alone."""
+        once = float(chi2_distribution.logsf(max(self.gain, 0.0), max(self.squares.size, 1)))
+        return exp(max(min(self.looks + once, 0.0), -700.0))
+
+    def worth(self, noise: float) -> tuple[float, float]:
+        """Return the log of the likelihood ratio to no correction, and the price of the weights that is in it.
+
+        ``noise`` is the variance of what no correction explains, in units of the noise's.
+        """
+        if not self.squares.size:
+            return 0.0, 0.0
+        seen = WIDTHS[:, None] * self.information / float(np.max(self.information))
+        prices = 0.5 * np.sum(np.log1p(seen), axis=1) + self.looks
+        worth = 0.5 * np.sum(self.squares / noise * seen / (1.0 + seen), axis=1) - prices
+        best = int(np.argmax(worth))
+        return float(worth[best]), float(prices[best])
+
+
+def suspects(evidence: Evidence) -> list[Suspect]:
+    """Return every correction with its promise to first order, the likeliest first."""
+    found = [_placed(suspect(evidence, correction)) for correction in corrections(evidence)]
+    found += [
+        Suspect(one, np.ones(squares.size), squares, values, looks)
+        for one, squares, values, looks in wandering(evidence.fine)
+    ]
+    noise = unexplained(evidence, found)
+    return sorted(found, key=lambda s: -s.worth(noise)[0])
+
+
+def unexplained(evidence: Evidence, found: Sequence[Suspect]) -> float:
+    """Return the variance of what no correction explains, in units of the noise's, at least one."""
+    left = evidence.left - max((s.gain for s in found), default=0.0)
+    return max(1.0, left / evidence.residual.size)
+
+
+def suspect(evidence: Evidence, correction: Correction) -> Suspect:
+    """Return what a correction promises when all its weights and the plain parameters move together."""
+    evidence = evidence.seen_by(correction)
+    names, columns = columns_of(evidence, correction)
+    largest = np.maximum(columns.max(axis=1), -columns.min(axis=1))  # NaN where any is
+    kept = (largest > DIFFERENCE) & np.isfinite(largest)
+    if not kept.any():
+        return Suspect(correction, np.empty(0), np.empty(0), {})
+    if not kept.all():
+        names, columns = [n for n, keep in zip(names, kept, strict=True) if keep], columns[kept]
+    matrix, right = evidence.normal_of(columns)
+    values, vectors = np.linalg.eigh(matrix)
+    seen = values > RANK * values[-1]
+    pulls = vectors[:, seen].T @ right
+    weights = vectors[:, seen] @ (pulls / values[seen])
+    moved = _moved(evidence, evidence.residual - weights @ columns)
+    solved = {**moved, **dict(zip(names, weights.tolist(), strict=True))}
+    looks = log(sum(o.trace.size for o in evidence.observations) // 2) if correction.searched else 0.0
+    return Suspect(correction, values[seen], pulls**2 / values[seen], solved, looks)
+
+
+def _moved(evidence: Evidence, residual: Array) -> dict[str, float]:
+    """Return the values of the fitted parameters, by full name, once they have moved to explain a residual."""
+    fit = evidence.fitted
+    there = fit.theta + evidence.step(residual)
+    return {c.name: c.value(c.bounded(float(t))) for t, c in zip(there, fit.coordinates, strict=True)}
+
+
+def columns_of(evidence: Evidence, correction: Correction) -> tuple[list[str], NDArray[np.float64]]:
+    """Return the names of all weights, and the change of the answer by a unit of each, in units of the noise."""
+    chain, step = correction.put_in(evidence.chain), evidence.observations[0].noise_v
+    names = [p.name for p in correction.parameters()]
+    columns = np.array([evidence.change(chain.with_values({name: step})) for name in names]) / step
+    if not correction.local:
+        return names, columns
+    runs = [o.trace.name for o in evidence.observations]
+    each = [np.where(mask, columns, 0.0) for mask in evidence.masks]
+    return [local_name(name, run) for run in runs for name in names], np.concatenate(each)
+
+
+def _placed(found: Suspect) -> Suspect:
+    """Return a slow filter behind F at the stage whose physics does what it does, which no data can tell.
+
+    What goes on in the direction of a step is the creep of a capacitor that holds, what sags back is a coupling.
+    """
+    if found.correction.form != SlowFilter.form or found.correction.place != Place.SENSE:
+        return found
+    creeps = sum(found.values.get(p.name, 0.0) for p in found.correction.parameters()) < 0.0
+    return replace(found, correction=replace(found.correction, place=Place.F)) if creeps else found
+
+
+def contenders(ranked: Sequence[Suspect], noise: float) -> list[Suspect]:
+    """Return what is worth a fit: of every place the best, and of the best place the second, if close enough."""
+    worth = [s.worth(noise)[0] for s in ranked]
+    close = [s for s, value in zip(ranked, worth, strict=True) if value > max(CLOSE * worth[0], 0.0)]
+    first: dict[Place, Suspect] = {}
+    for s in close:
+        first.setdefault(s.correction.place, s)
+    second = [s for s in close if s.correction.place == close[0].correction.place][1:2] if close else []
+    return [*first.values(), *second][:FITTED] if close else list(ranked[:1])
+
+
+def finer(evidence: Evidence, found: Suspect, noise: float) -> Suspect:
+    """Return a suspect with as many knots as the data ask for, or at the frequency they ask for."""
+    if found.correction.searched:
+        return tuned(evidence, found)
+    sharper = [suspect(evidence, correction) for correction in sharpened(evidence, found.correction)]
+    return max([found, *sharper], key=lambda s: s.worth(noise)[0])
+
+
+def tuned(evidence: Evidence, found: Suspect) -> Suspect:
+    """Return a suspect of one frequency at that at which it explains most, to a small part of what runs resolve.
+
+    A line that is off by a tenth of that leaves a tenth of itself: far above the noise it would not be what it is.
+    """
+    longest_s = max(o.trace.size for o in evidence.observations) * evidence.sample_s
+    step_hz = BESIDE / longest_s
+    while step_hz > TUNED / longest_s:
+        at_hz = found.correction.knots[0]
+        sides = [suspect(evidence, replace(found.correction, knots=(at_hz + by,))) for by in (-step_hz, step_hz)]
+        better = max(sides, key=lambda s: s.gain)
+        if better.gain > found.gain:
+            found = better
+        else:
+            step_hz *= CLOSER
+    return found
