@@ -27,6 +27,7 @@ FINER = (16, 28)  # of one that is fitted: the data choose
 TAUS = 6  # time constants of a filter
 CLOCK = 6
 LAGS = 4
+SPEEDS = 9  # levels at which dynamics may differ
 PADDED = 8  # times the length of a run, with zeros: places a peak between bins
 GAPS = (0.01, 0.03, 0.08, 0.2, 0.4)  # of the range of a signal: the half gaps of a second hysteresis
 SLOWER = 2.0  # than the slowest time constant of the chain: where creep begins and the filters of G1 and G2 end
@@ -95,7 +96,8 @@ def _mixed(evidence: Evidence, name: str) -> Iterator[Correction]:
     slowest = slowest_s(evidence)
     lags = tuple(np.geomspace(slowest, 100.0 * slowest, LAGS).tolist())
     yield from (Warming(place, lags, name) for place in Warming.places)
-    yield from (Swiftness(place, level_knots(evidence, place, LAGS + 1), name) for place in (Place.G1, Place.G2))
+    for place in (Place.G1, Place.G2):
+        yield Swiftness(place, with_zero(level_knots(evidence, place, SPEEDS)), name)
 
 
 def ripple_hz(evidence: Evidence, place: Place) -> float:
@@ -135,6 +137,14 @@ def level_knots(evidence: Evidence, place: Place, count: int) -> tuple[float, ..
     low, high = evidence.range(place)
     margin = 1e-3 * (high - low) + 1e-9
     return tuple(np.linspace(low - margin, high + margin, count).tolist())
+
+
+def with_zero(knots: tuple[float, ...]) -> tuple[float, ...]:
+    """Return knots of which the inner one next to zero is moved there: what goes with a size turns at zero."""
+    if not knots[0] < 0.0 < knots[-1]:
+        return knots
+    nearest = min(range(1, len(knots) - 1), key=lambda i: abs(knots[i]))
+    return (*knots[:nearest], 0.0, *knots[nearest + 1 :])
 
 
 def clock_knots(evidence: Evidence) -> tuple[float, ...]:

@@ -14,7 +14,7 @@ import numpy as np
 from identify.explain.bench import Bench
 from identify.explain.corners import cornered, moved
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.suspect import Suspect, contenders, finer, suspects, unexplained
+from identify.explain.suspect import MOST, Suspect, contenders, finer, overlooked, suspects, unexplained
 from identify.explain.wander import all_wanders
 from identify.fit import chi_squared
 from identify.phases import turned_sines
@@ -28,7 +28,6 @@ NEAR = 1.5  # times the best sum of squares, up to which a search cut short is e
 KNOWN = 60.0  # of chi-squared, by which a correction of the right kind may be behind
 LAWLESS = 6  # power of the ratio of what two corrections leave that gives their odds where neither is the law
 MOVED = 2  # times corners are moved, at most
-MOST = 64  # knots that are fitted
 LIKELY = 0.05  # posterior probability from which a place is mentioned beside the best
 TEMPER = 0.05  # of a log likelihood: corrections are families near the truth, not the truth
 
@@ -105,7 +104,9 @@ def located(bench: Bench, base: Hypothesis) -> Located:
     if p_value >= LEVEL:
         return Located(base, (), p_value)
     noise = unexplained(evidence, ranked)
-    worth = [*(finer(evidence, s, noise) for s in contenders(ranked, noise)), *cornered(evidence, ranked, noise)]
+    first = contenders(ranked, noise)
+    smooth = [finer(evidence, s, noise) for s in first]
+    worth = [*smooth, *overlooked(ranked, noise, first), *cornered(evidence, ranked, noise)]
     fitted = [(s.correction, fitted_from(bench, base, s)) for s in worth]
     reach = NEAR * min(h.chi2 for _, h in fitted)
     fitted = [with_corners(bench, base, c, h) if h.chi2 < reach else (c, h) for c, h in fitted]

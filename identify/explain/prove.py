@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from identify.explain.bench import Bench
 from identify.explain.confirm import CONVINCING, adapted, held_out_rms, improvement
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.locate import MOST, Located
+from identify.explain.locate import Located
+from identify.explain.suspect import MOST
 from identify.observe import Observation, refined
 from identify.unnamed.correction import Correction
 

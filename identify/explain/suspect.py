@@ -27,6 +27,8 @@ from identify.unnamed.linear import SlowFilter
 WIDTHS = np.geomspace(1e-2, 1e10, 49)  # of the weights' distribution over that at which they could just be seen
 FITTED = 4  # corrections that are fitted; the others are judged to first order
 CLOSE = 0.9  # share of the best log likelihood from which another place is fitted
+WIDER = 0.6  # the same, of anything
+MOST = 64  # knots that are fitted
 RANK = 1e-9  # eigenvalues of the weights' information below this share of the largest are not told by the data
 BESIDE, CLOSER, TUNED = 0.5, 0.4, 1e-3  # of what the longest run resolves: steps in which a frequency is moved
 
@@ -147,6 +149,17 @@ def contenders(ranked: Sequence[Suspect], noise: float) -> list[Suspect]:
         first.setdefault(s.correction.place, s)
     second = [s for s in close if s.correction.place == close[0].correction.place][1:2] if close else []
     return [*first.values(), *second][:FITTED] if close else list(ranked[:1])
+
+
+def overlooked(ranked: Sequence[Suspect], noise: float, fitted: Sequence[Suspect]) -> list[Suspect]:
+    """Return what promises somewhat less than the best and was not fitted: its law may be the one all the same.
+
+    Where a mismatch is large the plain values stand in for it, and first order does not lead back from there.
+    """
+    known = {(s.correction.form, s.correction.place) for s in fitted}
+    most = ranked[0].worth(noise)[0]
+    near = [s for s in ranked if s.worth(noise)[0] > WIDER * most and len(s.correction.knots) <= MOST]
+    return [s for s in near if (s.correction.form, s.correction.place) not in known][:FITTED]
 
 
 def finer(evidence: Evidence, found: Suspect, noise: float) -> Suspect:

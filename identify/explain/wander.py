@@ -24,6 +24,8 @@ MOSTLY = 0.5  # share of a misfit that must not come back
 NEARLY = 0.75  # share of a misfit that chance must make, run by run, to be all that is left
 DRIFT_S = 0.02  # whose means tell what drifts from what is quick
 SEEN = 2.0  # times what noise makes of a drift, from which it is there
+SLOW_S = (0.02, 0.1)  # means in which the slow wandering is looked for, that no single reading shows
+PROVEN = 6.0  # standard deviations of chance, from which there is a misfit
 STILL = 1e-3  # of the largest rate of w, below which it rests
 SURE = 0.2  # of the log of a size that scatter tells: courses of chance differ
 QUIET = 0.25  # of what chance must make, below which a run is too quiet for it: courses of chance differ
@@ -187,17 +189,28 @@ def all_wanders(hypothesis: Hypothesis, observations: tuple[Observation, ...]) -
 def _misfit_of_repeats(chain: Chain, observations: Sequence[Observation]) -> tuple[float, float]:
     """Return what differs from repeat to repeat and what is left of them in all, both beyond the noise, chi-squared.
 
-    Zeros where these cannot be told. Only what the model answers alike is compared: a first repeat begins from rest,
-    the next where it ended.
+    Of single readings, or else of means: what wanders slowly below the noise shows there alone. Zeros where these
+    cannot be told. Only what the model answers alike is compared: a first repeat begins from rest, the next where it
+    ended.
     """
-    total, changed, count = 0.0, 0.0, 0
-    for o in observations:
-        for once, again, both in _compared(chain, o):
-            total += 0.5 * float(np.sum(np.square(once) + np.square(again), where=both))
-            changed += 0.5 * float(np.sum(np.square(once - again), where=both))
-            count += int(np.count_nonzero(both))
-    beyond = total - count
-    return (changed - count, beyond) if count and beyond > 6.0 * np.sqrt(2.0 * count) else (0.0, 0.0)
+    for means_s in (0.0, *SLOW_S):
+        total, changed, count = np.sum([_of_means(chain, o, means_s) for o in observations], axis=0).tolist()
+        if count and total - count > PROVEN * sqrt(2.0 * count):
+            return changed - count, total - count
+    return 0.0, 0.0
+
+
+def _of_means(chain: Chain, observation: Observation, means_s: float) -> Array:
+    """Return the squares of means of a stretch and its repeat, those of their difference, and how many, shape (3,)."""
+    size, found = max(round(means_s * observation.trace.rate_hz), 1), np.zeros(3)
+    for once, again, both in _compared(chain, observation):
+        at = np.flatnonzero(both)
+        begins = np.arange(0, at.size - size + 1, size)
+        if begins.size:
+            cut = at[: begins.size * size]
+            one, two = (np.add.reduceat(each[cut], begins) / sqrt(size) for each in (once, again))
+            found += 0.5 * float(one @ one + two @ two), 0.5 * float((one - two) @ (one - two)), begins.size
+    return found
 
 
 def _compared(chain: Chain, observation: Observation) -> Iterator[tuple[Array, Array, Mask]]:

@@ -6,9 +6,10 @@ from identify.blocks import Play
 from identify.effects.effect import Effect
 from identify.explain.bench import Bench
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.locate import MOST, Located, located
+from identify.explain.locate import Located, located
 from identify.explain.rivals import left_to_explain, unheard
 from identify.explain.round import FORETOLD, Round
+from identify.explain.suspect import MOST
 from identify.fit import Fit
 from identify.stage import Place
 

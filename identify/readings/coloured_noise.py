@@ -30,11 +30,11 @@ SLOPES = (0.3, 3.0)
 STARTS = ((0.3, 1.0), (1.0, 0.7), (1.0, 1.5), (3.0, 1.0))  # sd over the white noise, slope
 PER_DECADE = 1.6  # poles and zeros of the filter that whitens it
 STEP = 1e-3  # of the differences for the curvature
-LENGTHS = (1, 10, 100)  # readings whose sums are compared with a normal law
+LENGTHS = (1, 10, 100, 300)  # readings whose sums are compared with a normal law
 ALIKE = 0.15  # difference in the logarithm of the rms, and in slope, that a fit hardly notices
 UNEVEN = 0.01  # probability of so much difference between recordings below which it is none of the reading's
 DOUBLED = 6.0  # times a coloured part may be doubled or halved in one recording
-BURSTS = 8.0  # standard deviations by which their kurtosis may exceed its
+BURSTS = 5.0  # standard deviations by which their kurtosis may exceed its: chance alone does in 1 of 1000
 
 
 @final
