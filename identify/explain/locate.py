@@ -27,7 +27,7 @@ LEVEL = 1e-3  # probability of a false alarm, all corrections together
 NEAR = 1.5  # times the best sum of squares, up to which a search cut short is ended
 KNOWN = 60.0  # of chi-squared, by which a correction of the right kind may be behind
 LAWLESS = 6  # power of the ratio of what two corrections leave that gives their odds where neither is the law
-MOVED = 2  # times corners are moved, at most
+MOVED, MOVABLE = 2, 4.0  # times corners are moved, at most; times the best sum of squares, up to which they are
 LIKELY = 0.05  # posterior probability from which a place is mentioned beside the best
 TEMPER = 0.05  # of a log likelihood: corrections are families near the truth, not the truth
 
@@ -108,7 +108,7 @@ def located(bench: Bench, base: Hypothesis) -> Located:
     smooth = [finer(evidence, s, noise) for s in first]
     worth = [*smooth, *overlooked(ranked, noise, first), *cornered(evidence, ranked, noise)]
     fitted = [(s.correction, fitted_from(bench, base, s)) for s in worth]
-    reach = NEAR * min(h.chi2 for _, h in fitted)
+    reach = MOVABLE * min(h.chi2 for _, h in fitted)
     fitted = [with_corners(bench, base, c, h) if h.chi2 < reach else (c, h) for c, h in fitted]
     fitted = ended(bench, fitted)
     prices = [s.worth(noise)[1] for s in worth]

@@ -11,12 +11,14 @@ from identify.explain.bench import Bench
 from identify.explain.decide import decided
 from identify.explain.exchange import exchanged
 from identify.explain.hypothesis import Hypothesis
+from identify.explain.locate import located
 from identify.explain.round import WHOLE, Round, counts
-from identify.explain.suspect import suspects
+from identify.explain.suspect import MOST, suspects
 from identify.explain.wander import all_wanders
 
 MOST_EFFECTS = 3
 ALL = 0.8  # of what is left, that a law has to explain together with as many like it as may follow
+FAR_LESS = 0.5  # of what laws leave, from below which a single correction shows that they are not the physics
 STUCK = 0.1  # share of what an effect explains that the plain model explains as well, fitted from there
 
 Note = Callable[[str, float], None]
@@ -40,6 +42,9 @@ def selected(
             plain = bench.without(this.best, this.best.effects[-1])
             if this.base.chi2 - plain.chi2 > STUCK * (this.base.chi2 - this.best.chi2):
                 start, best, (bench, this) = plain, plain, decided(bench, bench.round(plain))
+        if number and this.best is not None and _hopeless(bench, start, this.best):
+            rounds.append(this)
+            return bench, bench.pruned(this.best), rounds
         if number > 1 and not _belongs(start, this, part, least):  # then no exchange is likely to make it
             this = replace(this, tried=())
         if this.best is not None:
@@ -56,6 +61,17 @@ def selected(
         if all_wanders(best, bench.observations) and not best.proven:
             break
     return bench, bench.pruned(best), rounds
+
+
+def _hopeless(bench: Bench, start: Hypothesis, best: Hypothesis) -> bool:
+    """Return whether one correction of free form leaves far less than all laws so far: the catalogue has not the law.
+
+    Two laws at different places are more than one correction can make, and two at one are found by now.
+    """
+    if best.misfit < best.noise_known or best.swell > 1.0:
+        return False
+    told = [h for c, h in located(bench, start).fitted if len(c.knots) <= MOST]
+    return any(h.misfit < FAR_LESS * best.misfit for h in told)
 
 
 def _explainable(bench: Bench, base: Hypothesis) -> float:

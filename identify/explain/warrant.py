@@ -37,7 +37,8 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
     When nothing remains beyond the noise, all do: a wrong set of names does not reproduce recordings of several kinds.
     Else the effect found last has to be more likely than physics of no catalogue, and not to leave more than a little
     that a free-form correction at its own place could take away: then the place may be right, but the law is not. What
-    its own chance makes does not speak against it. Nor must such a correction at another place do better without it.
+    its own chance makes does not speak against it. Nor must such a correction at another place do better without it,
+    or one alone better than several names.
     If it does not earn its name, the one before it is asked. And no name is earned by a law that does better at a place
     where it would be other physics.
     """
@@ -45,6 +46,10 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
     strayed = misplaced(bench, final)
     earned = [(base, winner) for base, winner in steps if not strayed & set(winner.names)]
     hypothesis = final if len(earned) == len(steps) else earned[-1][1] if earned else plain
+    if len(hypothesis.effects) > 1:
+        alone = located(bench, plain)
+        if _outdone(alone, hypothesis):
+            return Warranted(plain, alone)
     foretold = [e for e in hypothesis.effects if e.by_chance and hypothesis.swell > 1.0]
     for effect in foretold:  # chance is believed last
         under = located(bench, bench.without(hypothesis, effect))
@@ -61,6 +66,14 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
             break
         hypothesis, beyond = rest, under
     return Warranted(hypothesis, beyond)
+
+
+def _outdone(alone: Located, names: Hypothesis) -> bool:
+    """Return whether one correction of free form does clearly better than several names together, its numbers paid for.
+
+    Were these right, nothing could: two laws that stand in for one of no catalogue leave something.
+    """
+    return any(h.advantage(names) > STRONG for c, h in alone.fitted if len(c.knots) <= MOST)
 
 
 def _foretells(under: Located, chance: Hypothesis) -> bool:

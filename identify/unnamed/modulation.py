@@ -44,11 +44,11 @@ class Warming(Correction):
 
 @dataclass(frozen=True)
 class Swiftness(Correction):
-    """Dynamics that depend on the level: a lead or a lag whose time constant is straight between levels."""
+    """Dynamics that depend on the level: it comes sooner or later by a time that is straight between levels."""
 
     form = "swiftness over the level"
     kind = "dynamics that depend on the level"
-    equation = "s' = s + c(s) ds/dt, c straight between the knots"
+    equation = "s'(t) = s(t + c(s)), c straight between the knots"
     quick = True
     knot_unit = "V"
     weights = (("lead", "s"),)
@@ -60,13 +60,19 @@ class Swiftness(Correction):
         return LEVELS[self.place]
 
     def summed(self, values: Values, grid: Grid) -> Run:
-        """Return the signal plus the weighted rate of it."""
-        last: float | None = None
+        """Return what the signal was or, going on straight, will be."""
+        past = max(int(np.ceil(-min(*values, 0.0) / grid.step_s)), 1)
+        before: Array | None = None
 
         def run(block: Block) -> Array:
-            nonlocal last
-            rate = np.diff(block.signal, prepend=block.signal[0] if last is None else last) / grid.step_s
-            last = float(block.signal[-1])
-            return np.asarray(block.signal + np.interp(block.signal, self.knots, values) * rate)
+            nonlocal before
+            before = np.full(past, block.signal[0]) if before is None else before
+            known = np.concatenate([before, block.signal])
+            before = known[-past:]
+            steps = np.interp(block.signal, self.knots, values) / grid.step_s
+            here = np.arange(past, known.size)
+            rate = known[past:] - known[past - 1 : -1]
+            was = np.interp(here + np.minimum(steps, 0.0), np.arange(known.size), known)
+            return np.asarray(was + np.maximum(steps, 0.0) * rate)
 
         return run
