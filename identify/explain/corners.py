@@ -20,10 +20,11 @@ from identify.unnamed.maps import BrokenMap, LevelMap
 GRID = (16, 64)  # levels at which a corner may be, at least and at most
 NUMBERS = 1 << 25  # of all columns together, at most: 256 MB
 MOST_CORNERS = 4
-FURTHER = 0.02  # share of what the corners before it explain, that one more has to add
+FURTHER = 0.1  # share of what the corners before it leave, that one more has to explain
 LIKE = 0.5  # share of the best worth, from which the place of a map of the level is tried
 NEARLY = 0.9  # share of what corners elsewhere promise, from which those of a place are moved and fitted
 RANK = 1e-9
+IDLE = 20.0  # of chi-squared: what a corner adds by chance, wherever it is
 CLOSER, FINEST = 0.4, 1e-3  # of the distance of levels: ratio of the steps in which corners are moved, the last of them
 
 
@@ -33,7 +34,14 @@ def cornered(evidence: Evidence, ranked: Sequence[Suspect], noise: float) -> lis
     maps = [s.correction for s in ranked if s.correction.form == LevelMap.form and s.worth(noise)[0] > LIKE * most]
     begun = [law for law in (_begun(evidence, like) for like in {c.place: c for c in maps}.values()) if law is not None]
     best = max((gain for _, gain in begun), default=0.0)
-    return [moved(evidence, law) for law, gain in begun if gain > NEARLY * best]
+    return [_moved(evidence, law) for law, gain in begun if gain > NEARLY * best]
+
+
+def again(evidence: Evidence, law: BrokenMap) -> Suspect:
+    """Return a law whose corners are sought once more where they were and anew, on other evidence: the better one."""
+    begun = _begun(evidence, law)
+    laws = [law, *([begun[0]] if begun is not None else [])]
+    return max((_moved(evidence, each) for each in laws), key=lambda s: s.gain)
 
 
 def _begun(evidence: Evidence, like: Correction) -> tuple[BrokenMap, float] | None:
@@ -43,20 +51,20 @@ def _begun(evidence: Evidence, like: Correction) -> tuple[BrokenMap, float] | No
     columns = columns_of(evidence, grid)[1]
     told = np.all(np.isfinite(columns), axis=1)
     matrix, right = evidence.normal_of(np.where(told[:, None], columns, 0.0))
-    chosen = _chosen(matrix, right)
+    chosen = _chosen(matrix, right, evidence.left - evidence.residual.size)
     law = replace(grid, knots=tuple(grid.knots[i] for i in sorted(chosen)))
     return (law, _gain(matrix, right, chosen)) if chosen else None
 
 
-def _chosen(matrix: Matrix, right: Array) -> list[int]:
-    """Return the numbers of the corners, those that explain most first."""
+def _chosen(matrix: Matrix, right: Array, left: float) -> list[int]:
+    """Return the numbers of the corners, those that explain most of what is ``left`` of chi-squared first."""
     count = right.size // 2
     found: list[int] = []
     explained = 0.0
     for _ in range(MOST_CORNERS):
         gains = [_gain(matrix, right, [*found, i]) if i not in found else 0.0 for i in range(count)]
         best = int(np.argmax(gains))
-        if gains[best] - explained < max(FURTHER * explained, 4.0 * log(max(count, 2))):
+        if gains[best] - explained < max(FURTHER * (left - explained), IDLE):
             break
         found, explained = [*found, best], gains[best]
     return found
@@ -68,8 +76,8 @@ def _gain(matrix: Matrix, right: Array, corners: Sequence[int]) -> float:
     return float(right[at] @ np.linalg.pinv(matrix[np.ix_(at, at)], rcond=RANK, hermitian=True) @ right[at])
 
 
-def moved(evidence: Evidence, law: BrokenMap) -> Suspect:
-    """Return a law whose corners are where they explain most, each moved while the others stay."""
+def _moved(evidence: Evidence, law: BrokenMap) -> Suspect:
+    """Return a law whose corners are where they explain most, each moved while the others stay, without idle ones."""
     low, high = evidence.range(law.place)
     step = (high - low) / GRID[1]
     last = FINEST * step
@@ -90,6 +98,10 @@ def moved(evidence: Evidence, law: BrokenMap) -> Suspect:
                         parts, gain = tried, better
                         break
         step *= CLOSER
+    for knot in tuple(parts):
+        rest = {k: part for k, part in parts.items() if k != knot}
+        if rest and gain - (without := _together(evidence, rest)) < IDLE:
+            parts, gain = rest, without
     found = suspect(evidence, replace(law, knots=tuple(sorted(parts))))
     return replace(found, looks=len(parts) * log(GRID[1] / FINEST))
 

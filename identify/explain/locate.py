@@ -12,7 +12,7 @@ from math import exp
 import numpy as np
 
 from identify.explain.bench import Bench
-from identify.explain.corners import cornered, moved
+from identify.explain.corners import again, cornered
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.suspect import MOST, Suspect, contenders, finer, overlooked, suspects, unexplained
 from identify.explain.wander import all_wanders
@@ -27,7 +27,7 @@ LEVEL = 1e-3  # probability of a false alarm, all corrections together
 NEAR = 1.5  # times the best sum of squares, up to which a search cut short is ended
 KNOWN = 60.0  # of chi-squared, by which a correction of the right kind may be behind
 LAWLESS = 6  # power of the ratio of what two corrections leave that gives their odds where neither is the law
-MOVED, MOVABLE = 2, 4.0  # times corners are moved, at most; times the best sum of squares, up to which they are
+MOVED, MOVABLE = 2, 100.0  # times corners are moved, at most; times the best sum of squares, up to which they are
 LIKELY = 0.05  # posterior probability from which a place is mentioned beside the best
 TEMPER = 0.05  # of a log likelihood: corrections are families near the truth, not the truth
 
@@ -108,7 +108,7 @@ def located(bench: Bench, base: Hypothesis) -> Located:
     smooth = [finer(evidence, s, noise) for s in first]
     worth = [*smooth, *overlooked(ranked, noise, first), *cornered(evidence, ranked, noise)]
     fitted = [(s.correction, fitted_from(bench, base, s)) for s in worth]
-    reach = MOVABLE * min(h.chi2 for _, h in fitted)
+    reach = max(MOVABLE * min(h.chi2 for _, h in fitted), (1.0 + base.noise_known) * base.count)
     fitted = [with_corners(bench, base, c, h) if h.chi2 < reach else (c, h) for c, h in fitted]
     fitted = ended(bench, fitted)
     prices = [s.worth(noise)[1] for s in worth]
@@ -143,11 +143,11 @@ def with_corners(
         if not isinstance(law, BrokenMap) or fitted.misfit < base.noise_known:
             break
         plain = bench.fitted(base.fit.chain.with_values(fitted.fit.chain.values), base.effects, 0)
-        again = moved(bench.evidence(plain), law)
-        better = fitted_from(bench, plain, again)
+        found = again(bench.evidence(plain), law)
+        better = fitted_from(bench, plain, found)
         if better.chi2 > fitted.chi2 - 1.0:
             break
-        law, fitted = again.correction, better
+        law, fitted = found.correction, better
     return law, fitted
 
 

@@ -15,6 +15,7 @@ from identify.explain.prove import proven
 from identify.explain.shape import shape_of
 from identify.explain.survey import surveyed
 from identify.explain.wander import unrepeated
+from identify.phases import turned_sines
 from identify.stage import Place
 from identify.trace import Step
 from identify.unnamed.maps import LevelMap
@@ -74,6 +75,37 @@ def test_what_comes_back_with_the_stimulus_is_told_from_what_does_not(comes_back
     evidence = Evidence(there.fitted(there.plain, ()).fit, there.observations)
     assert abs(unrepeated(evidence.chain, evidence.observations) - (0.0 if comes_back else 1.0)) < 0.25
     assert where(evidence) == Place.SENSE
+
+
+def test_what_wanders_slowly_below_the_noise_is_seen_in_means() -> None:
+    """No single reading shows a jump of a third of the noise; means of a hundred do."""
+    long = staircase("walk", FIG13_LEVELS_V, 0.2, 2)
+    trace = recorded(OP_AMP, long, (), NOISE_V, 1, 0.0, 8)
+    jumps = np.cumsum(np.random.default_rng(8).uniform(size=trace.size) < 1e-3) % 2
+    steps = tuple(Step(s.label, s.kind, s.start, s.stop, s.repeat) for s in long.segments)
+    for size_v, wanders in ((0.003, 1.0), (0.0, 0.0)):
+        seen = observed(replace(trace, y=trace.y + size_v * jumps, steps=steps), NOISE_V, 1)
+        there = replace(bench(), observations=(seen,))
+        told = found(there)
+        assert abs(unrepeated(told.base.fit.chain, there.observations) - wanders) < 0.25
+        assert told.significant == bool(wanders)
+        assert not wanders or list(told.places) == [Place.SENSE]
+
+
+def test_a_line_is_told_at_its_own_frequency_and_stands_where_it_explains_most_in_every_run() -> None:
+    """A tenth of what a run resolves beside it, or at another turn, it would leave far more than noise."""
+    there = bench(Concealed("reference_ripple", {"share": 0.03, "frequency": 93.9}))
+    told = found(there)
+    correction, fitted = told.fitted[0]
+    assert (correction.place, correction.form) == (Place.SOURCE, "ripple of the gain")
+    assert correction.knots[0] == pytest.approx(93.9, abs=0.1)
+    assert fitted.misfit < 0.02
+    names = [p.name for p in correction.parameters()]
+    turned = {f"{name}[walk]": -0.2 * fitted.fit.chain.values[f"{name}[walk]"] for name in names}
+    again = turned_sines(fitted.fit.chain.with_values(turned), there.observations, names)
+    assert again.values[f"{names[0]}[wave]"] == fitted.fit.chain.values[f"{names[0]}[wave]"]  # it stood right
+    right, here = ([c.values[f"{name}[walk]"] for name in names] for c in (fitted.fit.chain, again))
+    assert np.dot(right, here) > 0.8 * np.linalg.norm(right) * np.linalg.norm(here)
 
 
 def test_a_shape_has_no_straight_part() -> None:

@@ -75,3 +75,56 @@ def test_no_name_is_earned_where_a_correction_elsewhere_does_better_without_it(
     monkeypatch.setattr("identify.explain.warrant.located", left)
     found = warranted(bench, base, law, [Round(base, (), (law,), settled=law)])
     assert (found.hypothesis.effects == (effect,)) is earned
+
+
+@pytest.mark.parametrize(
+    ("count", "alone", "earned"),
+    [
+        (2, -2000.0, False),  # were two names right, no single correction could do better
+        (2, 20.0, True),
+        (1, -2000.0, True),  # of one name that is asked with what it leaves
+    ],
+)
+def test_several_names_are_not_earned_where_one_correction_does_better_alone(
+    count: int, alone: float, earned: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    walk = observed(recorded(OP_AMP, staircase("walk", FIG13_LEVELS_V, 0.02), (), NOISE_V, seed=7), NOISE_V)
+    bench = Bench(chain_of(model_of(OP_AMP)), (walk,), (), tuple(catalogue().values()))
+    effects = tuple(catalogue()[name](Place.SENSE) for name in ("feedthrough", "offset_drift"))[:count]
+    names = replace(bench.fitted(bench.with_effects(effects, {}), effects), chi2=1e5, count=96_000)
+    base = replace(bench.fitted(bench.plain, ()), chi2=3e5, count=96_000)
+    better = replace(base, chi2=1e5 + alone)
+
+    def left(_: Bench, hypothesis: object) -> Located:
+        return Located(base, ((LEVEL, better),), 1e-12) if hypothesis is base else Located(names, (), 1.0)
+
+    monkeypatch.setattr("identify.explain.warrant.located", left)
+    found = warranted(bench, base, names, [Round(base, (), (names,), settled=names)])
+    assert (found.hypothesis.effects == effects) is earned
+
+
+@pytest.mark.parametrize(
+    ("correction", "explains", "earned"),
+    [
+        (LEVEL, 0.9, False),  # a law of few numbers foretells what was called chance
+        (LEVEL, 0.3, True),
+        (ClockMap(Place.SENSE, tuple(float(i) for i in range(500)), "map"), 0.99, True),  # a table foretells nothing
+    ],
+)
+def test_chance_is_believed_last(
+    correction: Correction, explains: float, earned: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    walk = observed(recorded(OP_AMP, staircase("walk", FIG13_LEVELS_V, 0.02), (), NOISE_V, seed=7), NOISE_V)
+    bench = Bench(chain_of(model_of(OP_AMP)), (walk,), (), tuple(catalogue().values()))
+    effect = catalogue()["process_noise"](Place.G1)
+    base = replace(bench.fitted(bench.plain, ()), chi2=3e5, count=96_000)
+    chance = replace(bench.fitted(bench.with_effects([effect], {}), [effect]), chi2=1e5, count=96_000, swell=20.0)
+    bench.known[()] = base
+    told = replace(base, chi2=3e5 - explains * 2e5)
+
+    def left(_: Bench, hypothesis: object) -> Located:
+        return Located(base, ((correction, told),), 1e-12) if hypothesis is base else Located(chance, (), 1.0)
+
+    monkeypatch.setattr("identify.explain.warrant.located", left)
+    found = warranted(bench, base, chance, [Round(base, (), (chance,), settled=chance)])
+    assert (found.hypothesis.effects == (effect,)) is earned

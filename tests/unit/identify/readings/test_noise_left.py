@@ -64,3 +64,11 @@ def test_an_answer_of_the_rig_is_no_noise() -> None:
     answers = [0.01 * np.sin(2.0 * np.pi * 10.0 * np.arange(size) / RATE_HZ) for size in SIZES]
     noisy = [part + WHITE_V * rng.normal(size=part.size) for part in answers]
     assert noise_left(left(noisy), left(noisy)) is None
+
+
+def test_a_level_that_jumps_below_the_noise_is_none_either() -> None:
+    """Popcorn noise: its spectrum is that of a wandering level, and no single reading shows a jump."""
+    rng = np.random.default_rng(12)
+    jumps = [0.0035 * (np.cumsum(rng.uniform(size=size) < 2.7 / RATE_HZ) % 2) for size in (120_000, 150_000)]
+    noisy = [part + WHITE_V * rng.normal(size=part.size) for part in jumps]
+    assert noise_left(left(noisy), left(noisy)) is None

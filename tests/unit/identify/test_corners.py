@@ -1,0 +1,108 @@
+"""Is a law that jumps or bends found at its levels and at its place, where a smooth map is not it?"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identify.chain import simulate
+from identify.effects import chain_of
+from identify.explain.bench import Bench
+from identify.explain.locate import Located, located
+from identify.explain.prove import proven
+from identify.explain.shape import shape_of
+from identify.stage import Place
+from identify.trace import Step
+from identify.unnamed.maps import BrokenMap, Moments
+from identify.unnamed.modulation import Swiftness
+from tests.proof.cases import Concealed
+from tests.proof.integrator import read_when
+from tests.proof.rigs import OP_AMP
+from tests.proof.stimuli import FIG13_LEVELS_V, Stimulus, sine, staircase
+from tests.trials import model_of, observed, recorded
+
+NOISE_V = 0.01
+STEADY = replace(OP_AMP, noise_v=NOISE_V)
+WALK, WAVE = staircase("walk", FIG13_LEVELS_V, 0.02), sine("wave", 20.0, 3.0, 3, 1)
+TWICE, AGAIN = staircase("walk", FIG13_LEVELS_V, 0.04, 2), sine("wave", 20.0, 3.0, 6, 2)
+FAST = sine("fast", 60.0, 9.0, 6, 1)
+DEAD = Concealed("crossover", {"dead": 0.6})
+
+
+def bench(*physics: Concealed, runs: tuple[Stimulus, ...] = (WALK, WAVE)) -> Bench:
+    """Return short recordings of the op-amp rig with physics concealed in it, their steps as played."""
+    bare = [recorded(OP_AMP, s, physics, NOISE_V, i, 3.0 * i, 8) for i, s in enumerate(runs)]
+    steps = [tuple(Step(g.label, g.kind, g.start, g.stop, g.repeat) for g in s.segments) for s in runs]
+    traces = [replace(trace, steps=played) for trace, played in zip(bare, steps, strict=True)]
+    return Bench(chain_of(model_of(OP_AMP)), tuple(observed(trace, NOISE_V, 1) for trace in traces), (), ())
+
+
+def found(there: Bench) -> Located:
+    return located(there, there.fitted(there.plain, ()))
+
+
+def added(told: Located, level: float) -> float:
+    """Return what the best law adds at a level, V."""
+    values = told.fitted[0][1].fit.chain.values
+    weights = np.array([values[p.name] for p in told.best.parameters()])
+    return float(weights @ told.best.shapes(np.array([level]))[:, 0])
+
+
+def test_a_missing_code_is_one_jump_at_its_level_in_the_reading():
+    there = bench(Concealed("missing_code", {"step": 0.2, "level": 3.3}))
+    told = found(there)
+    assert (told.best.place, told.best.form) == (Place.SENSE, BrokenMap.form)
+    rise = added(told, 3.35) - added(told, 3.25)
+    assert rise == pytest.approx(0.2, abs=0.02)  # a jump, or a steep ramp that no reading tells from it
+    assert abs(added(told, 3.25) - added(told, 0.0)) < 0.03
+    assert told.share > 0.99
+    assert told.places[Place.SENSE] > 0.99  # G2 would round a jump in front of it
+
+
+def test_a_dead_middle_of_w_is_found_at_f_and_proven_on_another_run():
+    """A class-B stage without bias: w loses what lies between its corners."""
+    there = bench(DEAD)
+    told = found(there)
+    assert (told.best.place, told.best.form) == (Place.F, BrokenMap.form)
+    low, high = told.best.knots[0], told.best.knots[-1]
+    assert high - low == pytest.approx(1.2, abs=0.1)  # where the middle is hangs on where the borders are said to cross
+    other = recorded(OP_AMP, sine("other", 12.5, 3.0, 2, 1), (DEAD,), NOISE_V, 9, 9.0, 8)
+    proof = proven(there, told, [observed(other, NOISE_V, 1)])
+    assert proof is not None
+    assert proof.held_out_v < 1.3 * NOISE_V
+    drawn = shape_of(proof.correction, proof.hypothesis.fit, there.observations)
+    assert drawn is not None
+    assert drawn.axis == "level of w"
+    middle = (drawn.at > low + 0.1) & (drawn.at < high - 0.1)
+    slope = np.polyfit(drawn.at[middle], drawn.curves[0][middle], 1)[0]
+    assert slope == pytest.approx(-1.0, abs=0.15)  # nothing of w passes there
+    assert np.all(drawn.halves[0] < 0.2)
+
+
+def test_a_delay_that_grows_with_the_level_enters_at_g1():
+    told = found(bench(Concealed("level_dependent_delay", {"k": 1e-4}), runs=(WALK, WAVE, FAST)))
+    assert next(iter(told.places)) == Place.G1
+    assert told.places[Place.G1] > 0.8
+
+
+def test_dynamics_over_the_level_read_the_signal_when_they_say():
+    """Against the bench's own reading at other times, interpolated by a cubic."""
+    trace = recorded(OP_AMP, WAVE, fine=4)
+    late = Swiftness(Place.G2, (-20.0, 0.0, 20.0))
+    plain = chain_of(model_of(OP_AMP))
+    answer = simulate(plain, trace)
+    values = {p.name: -2.3e-3 for p in late.parameters()}
+    time_s = np.arange(answer.size) / trace.rate_hz
+    shifted = read_when(answer, time_s - 2.3e-3, 1.0 / trace.rate_hz)
+    settled = slice(200, None)
+    assert np.abs(simulate(late.put_in(plain, values), trace) - shifted)[settled].max() < 2e-3
+
+
+@pytest.mark.parametrize("rate", [3.0, 9.0])
+def test_a_contact_that_opens_now_and_then_is_told_as_moments_at_f(rate):
+    """What it does is gone between the moments: drifts and maps see next to nothing of it."""
+    there = bench(Concealed("lost_contact", {"rate": rate, "length": 4e-3}), runs=(TWICE, AGAIN))
+    told = found(there)
+    assert told.significant
+    assert (told.best.place, told.best.form) == (Place.F, Moments.form)
+    assert list(told.places) == [Place.F]
