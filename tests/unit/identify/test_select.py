@@ -18,12 +18,13 @@ from identify.explain.neighbours import resettled
 from identify.explain.promise import Promise
 from identify.explain.rivals import odds
 from identify.explain.round import Round, lagging, outdone, ranked, unforeseen
-from identify.explain.select import _belongs, _explainable, selected
+from identify.explain.select import _belongs, _explainable, _hopeless, selected
 from identify.explain.suspect import Suspect
 from identify.fit import chi_squared
 from identify.holdout import split
 from identify.phases import angles_of, scanned
 from identify.stage import Place
+from identify.unnamed.maps import LevelMap
 from tests.proof.ask import known_effects, parted
 from tests.proof.bench import record
 from tests.proof.cases import Concealed
@@ -462,3 +463,22 @@ def test_a_limit_that_is_not_met_is_let_go(side):
     found = bench.simplified(bench.fitted(bench.with_effects((both,), values), (both,)))
     assert [effect.form for effect in found.effects] == [side]
     assert found.fit.chain.values[f"saturation.{side}"] == pytest.approx(rails[side], abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("laws", "free", "ends"),
+    [
+        (0.5, 0.2, True),  # what one correction makes and no laws do is in no catalogue
+        (0.5, 0.4, False),  # it is nearly as good: laws may still come
+        (0.001, -0.1, False),  # all is explained
+    ],
+)
+def test_a_search_ends_where_one_correction_leaves_far_less_than_the_laws_found(
+    bench: Bench, laws: float, free: float, ends: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    start = bench.fitted(bench.plain, ())
+    best, told = (replace(start, chi2=(1.0 + misfit) * start.count) for misfit in (laws, free))
+    correction = LevelMap(Place.F, (-5.0, 0.0, 5.0))
+    monkeypatch.setattr("identify.explain.select.located", lambda *_: Located(start, ((correction, told),), 1e-12))
+    assert _hopeless(bench, start, best) is ends
+    assert not _hopeless(bench, start, replace(best, swell=2.0))  # beside chance it is not told what it is
