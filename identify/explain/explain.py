@@ -81,14 +81,15 @@ def _explained(
     data = replace(data, test=tuple(refined(o, earned.hypothesis.fit.chain) for o in data.test))
     kept, dropped = confirmed(bench, earned, data.test)
     reading, again = _looked_again(readings, kept, data, look)
-    if again is not None and again.held:
-        told = _beside_losses(model, traces, hold_out, note, again)
-        if told is not None:
-            return told
-    elif again is not None:
-        return _explained(model, traces, hold_out, note, again)
+    other = None
+    if again is not None:
+        way = _beside_losses if again.held else _explained
+        other = way(model, traces, hold_out, note, again)
+        if other is not None and (other.verdict == "explained" or not kept.hypothesis.effects):
+            return other
     note("done", 1.0)
-    return Answer(model, data, bench, plain, kept, rounds, dropped, reading, seen).explanation()
+    told = Answer(model, data, bench, plain, kept, rounds, dropped, reading, seen).explanation()
+    return told if other is None or told.verdict == "explained" else other  # a second look must not see less
 
 
 def _beside_losses(

@@ -27,6 +27,7 @@ from identify.unnamed.linear import SlowFilter
 WIDTHS = np.geomspace(1e-2, 1e10, 49)  # of the weights' distribution over that at which they could just be seen
 FITTED = 4  # corrections that are fitted; the others are judged to first order
 CLOSE = 0.9  # share of the best log likelihood from which another place is fitted
+LARGE = 1000.0  # of chi-squared: a mismatch that leaves first order
 WIDER = 0.6  # the same, of anything
 MOST = 64  # knots that are fitted
 RANK = 1e-9  # eigenvalues of the weights' information below this share of the largest are not told by the data
@@ -156,6 +157,8 @@ def overlooked(ranked: Sequence[Suspect], noise: float, fitted: Sequence[Suspect
 
     Where a mismatch is large the plain values stand in for it, and first order does not lead back from there.
     """
+    if ranked[0].gain < LARGE:
+        return []
     known = {(s.correction.form, s.correction.place) for s in fitted}
     most = ranked[0].worth(noise)[0]
     near = [s for s in ranked if s.worth(noise)[0] > WIDER * most and len(s.correction.knots) <= MOST]

@@ -46,10 +46,9 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
     strayed = misplaced(bench, final)
     earned = [(base, winner) for base, winner in steps if not strayed & set(winner.names)]
     hypothesis = final if len(earned) == len(steps) else earned[-1][1] if earned else plain
-    if len(hypothesis.effects) > 1:
-        alone = located(bench, plain)
-        if _outdone(alone, hypothesis):
-            return Warranted(plain, alone)
+    alone = located(bench, plain) if len(hypothesis.effects) > 1 else None
+    if alone is not None and _outdone(alone, hypothesis):
+        return Warranted(plain, alone)
     foretold = [e for e in hypothesis.effects if e.by_chance and hypothesis.swell > 1.0]
     for effect in foretold:  # chance is believed last
         under = located(bench, bench.without(hypothesis, effect))
@@ -59,7 +58,7 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
     while hypothesis.effects and beyond.significant and earned:
         base, winner = earned.pop()
         rest = earned[-1][1] if earned else plain
-        under = located(bench, rest)
+        under = alone if alone is not None and rest is plain else located(bench, rest)
         effect = winner.effects[-1]
         needless = bench.plain.stage_of(Play) is not None and _needless(beyond, under, effect.place)
         if not needless and not _doubtful(beyond, effect, base.chi2 - winner.chi2):
