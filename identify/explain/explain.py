@@ -12,7 +12,7 @@ from identify.effects.effect import Effect
 from identify.excerpts.excerpts import excerpts_of
 from identify.explain.answer import Answer
 from identify.explain.bench import Bench
-from identify.explain.confirm import adapted, improvement, unconfirmed, would_tell
+from identify.explain.confirm import CONVINCING, adapted, improvement, unconfirmed, would_tell
 from identify.explain.everywhere import everywhere
 from identify.explain.explanation import Explanation
 from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
@@ -166,8 +166,8 @@ def confirmed(
 ) -> tuple[Warranted, tuple[Effect, ...]]:
     """Drop effects that do not make held-out data fit better, where these could tell; return the rest and those.
 
-    What effects do by chance is noise to that, and held-out data that scatter so side with them. The values of the rest
-    are settled.
+    What effects do by chance is noise to that, and held-out data that scatter so side with them; what is found beside
+    chance, which may look like anything once, has to be seen there again. The values of the rest are settled.
     """
     hypothesis, dropped = earned.hypothesis, []
     for effect in earned.hypothesis.effects:
@@ -175,7 +175,9 @@ def confirmed(
         better, worse = adapted(hypothesis.fit.chain, test), adapted(without.fit.chain, test)
         told = would_tell(better, worse, test) / sqrt(hypothesis.swell)
         scatters = by_chance_elsewhere(better, (effect,), bench.observations, test) > 0.0
-        if not scatters and unconfirmed(improvement(better, worse, test), told):
+        side = improvement(better, worse, test)
+        unseen = hypothesis.swell > 1.0 and not effect.by_chance and side < CONVINCING * sqrt(hypothesis.swell)
+        if not scatters and (unseen or unconfirmed(side, told)):
             hypothesis = without
             dropped.append(effect)
     beyond = located(bench, hypothesis) if dropped else earned.beyond

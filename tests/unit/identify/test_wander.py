@@ -119,6 +119,18 @@ def test_held_out_data_confirm_chance_where_they_scatter_so_or_cannot_tell_its_m
     assert dropped(noisy, replace(found, swell=1e3), (PRESENT,)) == ()
 
 
+def test_what_is_found_beside_chance_has_to_be_seen_again(noisy, monkeypatch):
+    """Chance looks like anything once: that held-out data are too few to tell is no excuse there."""
+    monkeypatch.setattr(WAY, "would_tell", lambda better, worse, test: 1.0)
+    monkeypatch.setattr(WAY, "settled", lambda bench, hypothesis: (hypothesis, ()))
+    bypass = catalogue()["feedthrough"](Place.SENSE)
+    chain = bypass.put_in(NOISY.put_in(noisy.plain, {"sd": SD_V, "bandwidth": BANDWIDTH_HZ}), {"k": 0.01})
+    found = noisy.fitted(chain, (NOISY, bypass))
+    for side, swell, lost in ((1.0, 1.0, ()), (1.0, 9.0, (bypass,)), (7.0, 9.0, ())):
+        monkeypatch.setattr(WAY, "improvement", lambda better, worse, test, side=side: side)
+        assert dropped(noisy, replace(found, swell=swell), (PRESENT,)) == lost
+
+
 def test_no_more_is_chance_than_differs_from_repeat_to_repeat():
     chain = chain_of(model_of(OP_AMP))
     bypass = Concealed("feedthrough", {"k": 0.04})  # comes back with the stimulus, within what such noise would scatter
