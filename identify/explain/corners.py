@@ -13,6 +13,7 @@ import numpy as np
 from identify.evidence import Evidence, Matrix
 from identify.explain.corrections import level_knots
 from identify.explain.suspect import Suspect, columns_of, suspect
+from identify.stage import Place
 from identify.trace import Array
 from identify.unnamed.correction import Correction
 from identify.unnamed.maps import BrokenMap, LevelMap
@@ -24,6 +25,7 @@ FURTHER = 0.1  # share of what the corners before it leave, that one more has to
 LIKE = 0.5  # share of the best worth, from which the place of a map of the level is tried
 NEARLY = 0.9  # share of what corners elsewhere promise, from which those of a place are moved and fitted
 RANK = 1e-9
+DISGUISED = 5.0  # log of the odds that a law of v is one of F: bent borders do the same, and G1 is built to be linear
 IDLE = 20.0  # of chi-squared: what a corner adds by chance, wherever it is
 CLOSER, FINEST = 0.4, 1e-3  # of the distance of levels: ratio of the steps in which corners are moved, the last of them
 
@@ -103,7 +105,8 @@ def _moved(evidence: Evidence, law: BrokenMap) -> Suspect:
         if rest and gain - (without := _together(evidence, rest)) < IDLE:
             parts, gain = rest, without
     found = suspect(evidence, replace(law, knots=tuple(sorted(parts))))
-    return replace(found, looks=len(parts) * log(GRID[1] / FINEST))
+    disguised = DISGUISED if law.place == Place.G1 else 0.0
+    return replace(found, looks=disguised + len(parts) * log(GRID[1] / FINEST))
 
 
 def _together(evidence: Evidence, parts: Mapping[float, Matrix]) -> float:

@@ -8,6 +8,7 @@ import pytest
 from identify.chain import simulate
 from identify.effects import chain_of
 from identify.explain.bench import Bench
+from identify.explain.corners import again
 from identify.explain.locate import Located, located
 from identify.explain.prove import proven
 from identify.explain.shape import shape_of
@@ -77,6 +78,16 @@ def test_a_dead_middle_of_w_is_found_at_f_and_proven_on_another_run():
     slope = np.polyfit(drawn.at[middle], drawn.curves[0][middle], 1)[0]
     assert slope == pytest.approx(-1.0, abs=0.15)  # nothing of w passes there
     assert np.all(drawn.halves[0] < 0.2)
+
+
+def test_a_law_of_v_is_less_likely_than_one_of_w_that_explains_as_much():
+    """A border passes each level of w at one of v: corners there do the same, and nobody builds a filter with them."""
+    there = bench(DEAD)
+    evidence = there.evidence(there.fitted(there.plain, ()))
+    at_f, at_g1 = (again(evidence, BrokenMap(place, (0.5,))) for place in (Place.F, Place.G1))
+    each = at_f.looks / len(at_f.correction.knots)
+    assert each > 0.0
+    assert at_g1.looks - each * len(at_g1.correction.knots) > 3.0  # a log of odds
 
 
 def test_a_delay_that_grows_with_the_level_enters_at_g1():
