@@ -32,14 +32,26 @@ os.environ[calibration.FOLDER_VARIABLE] = os.path.join(os.environ[FOLDER_VARIABL
 OF_DEVICES = ("wire", "contract", "hardware")
 USUAL, FIRST = os.getpriority(os.PRIO_PROCESS, 0), -10  # niceness of tests, and of those of devices with all they start
 UNCOUNTED = ("proof", "benchmarks", "test_real_recordings.py", "test_pressed.py")  # a signal may meet the count's lock
+LONGEST = ("proof", "test_real_recordings.py", "test_demo.py")
 COUNTING = "COVERAGE_PROCESS_CONFIG"  # the variable that has processes count lines
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Leave lines of whole answers uncounted."""
+    """Leave lines of whole answers uncounted, and have every process begin with its share of what takes longest.
+
+    Processes are given equal stretches of what is collected: what is long and comes last is waited for by all.
+    """
     for item in items:
         if set(UNCOUNTED) & {*item.path.parts}:
             item.add_marker(pytest.mark.no_cover)
+    processes = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
+    longest = [item for item in items if set(LONGEST) & {*item.path.parts}]
+    others = [item for item in items if not set(LONGEST) & {*item.path.parts}]
+    size = -(-len(items) // processes)
+    parts = [longest[i::processes] for i in range(processes)]
+    for part in parts:
+        part += [others.pop(0) for _ in range(min(size - len(part), len(others)))]
+    items[:] = [item for part in parts for item in part] + others
 
 
 @pytest.hookimpl(wrapper=True)
