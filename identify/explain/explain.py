@@ -81,15 +81,20 @@ def _explained(
     data = replace(data, test=tuple(refined(o, earned.hypothesis.fit.chain) for o in data.test))
     kept, dropped = confirmed(bench, earned, data.test)
     reading, again = _looked_again(readings, kept, data, look)
-    other = None
-    if again is not None:
-        way = _beside_losses if again.held else _explained
-        other = way(model, traces, hold_out, note, again)
-        if other is not None and (other.verdict == "explained" or not kept.hypothesis.effects):
-            return other
+    other = _seen_again(model, traces, hold_out, note, again) if again is not None else None
+    if other is not None and (other.verdict == "explained" or not kept.hypothesis.effects):
+        return other
     note("done", 1.0)
     told = Answer(model, data, bench, plain, kept, rounds, dropped, reading, seen).explanation()
     return told if other is None or told.verdict == "explained" else other  # a second look must not see less
+
+
+def _seen_again(
+    model: Model, traces: Sequence[Trace], hold_out: Sequence[Trace], note: Note, look: Look
+) -> Explanation | None:
+    """Return what a second look at the readings tells; None where it was a guess that does not hold."""
+    way = _beside_losses if look.held else _explained
+    return way(model, traces, hold_out, note, look)
 
 
 def _beside_losses(

@@ -31,20 +31,17 @@ def selected(
 
     Returns the bench on the grids the winner needs, the winner, and what every round considered.
     """
-    rounds: list[Round] = []
-    best = start
+    best, rounds = start, list[Round]()
     for number in range(most):
         note(f"trying effects, round {number + 1}", 0.15 + 0.15 * number)
         part = ALL / (MOST_EFFECTS - number) if number else 0.0
         least = part * _explainable(bench, best) if number else 0.0
         bench, this = decided(bench, bench.round(best, least))
-        if this.best is not None and not best.effects:  # a plain fit that had not come to its end looks like physics
-            plain = bench.without(this.best, this.best.effects[-1])
-            if this.base.chi2 - plain.chi2 > STUCK * (this.base.chi2 - this.best.chi2):
-                start, best, (bench, this) = plain, plain, decided(bench, bench.round(plain))
+        plain = None if best.effects else _unended(bench, this)
+        if plain is not None:
+            start, best, (bench, this) = plain, plain, decided(bench, bench.round(plain))
         if number and this.best is not None and _hopeless(bench, start, this.best):
-            rounds.append(this)
-            return bench, bench.pruned(this.best), rounds
+            return bench, bench.pruned(this.best), [*rounds, this]
         if number > 1 and not _belongs(start, this, part, least):  # then no exchange is likely to make it
             this = replace(this, tried=())
         if this.best is not None:
@@ -61,6 +58,14 @@ def selected(
         if all_wanders(best, bench.observations) and not best.proven:
             break
     return bench, bench.pruned(best), rounds
+
+
+def _unended(bench: Bench, this: Round) -> Hypothesis | None:
+    """Return the plain fit of a first round brought to its end from where physics led: it looked like that physics."""
+    if this.best is None:
+        return None
+    plain = bench.without(this.best, this.best.effects[-1])
+    return plain if this.base.chi2 - plain.chi2 > STUCK * (this.base.chi2 - this.best.chi2) else None
 
 
 def _hopeless(bench: Bench, start: Hypothesis, best: Hypothesis) -> bool:
