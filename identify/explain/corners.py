@@ -12,7 +12,7 @@ import numpy as np
 
 from identify.evidence import Evidence, Matrix
 from identify.explain.corrections import level_knots
-from identify.explain.suspect import Suspect, columns_of, suspect
+from identify.explain.suspect import RANK, Suspect, columns_of, suspect
 from identify.stage import Place
 from identify.trace import Array
 from identify.unnamed.correction import Correction
@@ -24,7 +24,6 @@ MOST_CORNERS = 4
 FURTHER = 0.1  # share of what the corners before it leave, that one more has to explain
 LIKE = 0.5  # share of the best worth, from which the place of a map of the level is tried
 NEARLY = 0.9  # share of what corners elsewhere promise, from which those of a place are moved and fitted
-RANK = 1e-9
 DISGUISED = 5.0  # log of the odds that a law of v is one of F: bent borders do the same, and G1 is built to be linear
 IDLE = 20.0  # of chi-squared: what a corner adds by chance, wherever it is
 CLOSER, FINEST = 0.4, 1e-3  # of the distance of levels: ratio of the steps in which corners are moved, the last of them
