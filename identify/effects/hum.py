@@ -135,6 +135,9 @@ class Hum(InsidePlay):
         What hangs together, as what the gap makes of noise in front of it, has as much there.
         """
         freedom = self.freedom(len(evidence.observations))
-        beside = max(Mains(evidence, self, self.lines, NO_MAINS_HZ).told / freedom, 1.0)
         near = [Mains(evidence, self, self.lines, mains_hz) for mains_hz in MAINS_HZ]
-        return [mains.values() for mains in near if chi2.sf(mains.told / beside, freedom) < BY_CHANCE]
+        seen = [mains for mains in near if chi2.sf(mains.told, freedom) < BY_CHANCE]
+        if not seen:
+            return []
+        beside = max(Mains(evidence, self, self.lines, NO_MAINS_HZ).told / freedom, 1.0)
+        return [mains.values() for mains in seen if chi2.sf(mains.told / beside, freedom) < BY_CHANCE]

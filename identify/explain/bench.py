@@ -30,6 +30,7 @@ from identify.explain.round import (
     ranked,
     unforeseen,
 )
+from identify.explain.suspect import Suspect, explainable, suspects
 from identify.explain.wander import MOSTLY, sizing, unrepeated, without_chance
 from identify.fit import Fit, chi_squared, fit
 from identify.observe import Observation, refined
@@ -61,6 +62,7 @@ class Bench:
     kinds: tuple[type[Effect], ...]
     known: dict[tuple[Effect, ...], Hypothesis] = field(default_factory=dict)
     noise_known: float = NOISE_KNOWN
+    asked: dict[int, tuple[Hypothesis, list[Suspect]]] = field(default_factory=dict)
 
     @property
     def surprise(self) -> float:
@@ -125,10 +127,16 @@ class Bench:
         evidence = Evidence(base.fit, few.observations, self.observations)
         return evidence if few.whole else evidence.fine
 
+    def suspects(self, base: Hypothesis) -> list[Suspect]:
+        """Return what every correction of free form promises on top of a hypothesis; asked again, it is remembered."""
+        if id(base) not in self.asked:
+            self.asked[id(base)] = base, suspects(self.evidence(base))
+        return self.asked[id(base)][1]
+
     def refined(self, chain: Chain) -> "Bench":
         """Return the bench with grids fine enough for ``chain``."""
         finer = tuple(refined(o, chain) for o in self.observations)
-        return self if finer == self.observations else replace(self, observations=finer, known={})
+        return self if finer == self.observations else replace(self, observations=finer, known={}, asked={})
 
     def fine_enough(self, hypothesis: Hypothesis) -> "Bench":
         """Return the bench with grids fine enough for a hypothesis; any are where its chance swells the noise."""
@@ -153,7 +161,8 @@ class Bench:
         if not left_over < self.noise_known < base.misfit:
             wanders = unrepeated(base.fit.chain, self.observations)
             unmet = [p.candidate for p in unforeseen(hopes, worth, tried, base)]
-            left = [*unmet, *(c for c in lagging(screened, tried, base, wanders > MOSTLY) if c not in unmet)]
+            there = explainable(self.suspects(base)) if base.misfit < self.noise_known else base.proven
+            left = [*unmet, *(c for c in lagging(screened, tried, base, wanders > MOSTLY, there) if c not in unmet)]
             starts = [Promise(c, self._begun(base, c, wanders), c.gain) for c in left]
             tried = [*tried, *self.raced(base, starts)]
         fitted = [h for h in (*tried, *self.fuller(base, tried)) if self.possible(h)]

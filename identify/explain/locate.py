@@ -14,7 +14,7 @@ import numpy as np
 from identify.explain.bench import Bench
 from identify.explain.corners import again, cornered
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.suspect import MOST, Suspect, contenders, finer, overlooked, suspects, unexplained
+from identify.explain.suspect import LEVEL, MOST, Suspect, contenders, finer, overlooked, unexplained
 from identify.explain.wander import all_wanders
 from identify.fit import chi_squared
 from identify.phases import turned_sines
@@ -23,7 +23,6 @@ from identify.unnamed.correction import Correction
 from identify.unnamed.maps import BrokenMap
 
 ITERATIONS = 8  # a correction is nearly linear in its weights
-LEVEL = 1e-3  # probability of a false alarm, all corrections together
 NEAR = 1.5  # times the best sum of squares, up to which a search cut short is ended
 KNOWN = 60.0  # of chi-squared, by which a correction of the right kind may be behind
 LAWLESS = 6  # power of the ratio of what two corrections leave that gives their odds where neither is the law
@@ -98,11 +97,11 @@ def located(bench: Bench, base: Hypothesis) -> Located:
     """
     if all_wanders(base, bench.observations):
         return Located(base, (), 1.0)
-    evidence = bench.evidence(base)
-    ranked = suspects(evidence)
+    ranked = bench.suspects(base)
     p_value = min(min((len(ranked) * s.p_value for s in ranked), default=1.0), 1.0)
     if p_value >= LEVEL:
         return Located(base, (), p_value)
+    evidence = bench.evidence(base)
     noise = unexplained(evidence, ranked)
     first = contenders(ranked, noise)
     smooth = [finer(evidence, s, noise) for s in first]

@@ -17,6 +17,7 @@ DOUBTFUL = 0.05  # probability of a start's gain by chance above which nothing s
 FITTED_A_ROUND = 8
 NEXT = 2e-4  # share of what is explained already that one more effect must explain: a rig file is not exact either
 WHOLE = 0.9  # share of what is left, from which an effect counts however little that is
+NONE = 1e-9  # of chi-squared
 UNFORESEEN = 3  # fits a round of what first order does not foresee
 PROMISING = 0.2  # share of the best promise below which a candidate is not fitted
 NEARLY = 0.9  # share of the best promise that the samples' own grid, on which promises are made, may mistake
@@ -139,15 +140,17 @@ def unforeseen(
 
 
 def lagging(
-    screened: Sequence[Candidate], tried: Sequence[Hypothesis], base: Hypothesis, wanders: bool
+    screened: Sequence[Candidate], tried: Sequence[Hypothesis], base: Hypothesis, wanders: bool, there: float
 ) -> list[Candidate]:
     """Return every lag that was not fitted, from its best start, where the best fit leaves much of a plain misfit.
 
-    The plain values stand in for a large one, and first order does not lead back from where they have gone. Where the
-    misfit ``wanders``, from repeat to repeat, what acts by chance, too: first order foresees the mean of it alone.
+    The plain values stand in for a lag, and first order does not lead back from where they have gone. What is ``there``
+    of chi-squared says what is much where the noise could make all of it. Where the misfit ``wanders``, from repeat to
+    repeat, what acts by chance is returned, too: first order foresees the mean of it alone.
     """
     best = min(tried, key=lambda h: h.chi2, default=base)
-    if base.effects or base.misfit < base.noise_known or best.share(base) > WHOLE:
+    share = best.share(base) if base.misfit > base.noise_known else (base.chi2 - best.chi2) / max(there, NONE)
+    if base.effects or share > WHOLE:
         return []
     fitted = {(h.effects[-1].id, h.effects[-1].place) for h in tried}
 

@@ -13,7 +13,7 @@ from identify.explain.exchange import exchanged
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import located
 from identify.explain.round import WHOLE, Round, counts
-from identify.explain.suspect import MOST, suspects
+from identify.explain.suspect import MOST
 from identify.explain.wander import all_wanders
 
 MOST_EFFECTS = 3
@@ -86,7 +86,7 @@ def _explainable(bench: Bench, base: Hypothesis) -> float:
     """
     if base.swell > 1.0:
         return base.proven
-    found = max((s.gain - s.squares.size for s in suspects(bench.evidence(base))), default=0.0)
+    found = max((s.gain - s.squares.size for s in bench.suspects(base)), default=0.0)
     return max(base.proven, found)
 
 

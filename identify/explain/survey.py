@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 from identify.explain.bench import Bench
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.suspect import suspects
 from identify.interval import number
 from identify.stage import Place
 
@@ -32,7 +31,7 @@ class StageShare:
 
 def surveyed(bench: Bench, plain: Hypothesis) -> tuple[StageShare, ...]:
     """Return what each stage could explain of the plain model's misfit, in the order of the signal."""
-    ranked = suspects(bench.evidence(plain))
+    ranked = bench.suspects(plain)
     beyond = max(plain.chi2 - plain.count, plain.noise_known * plain.count)
     found = {}
     for s in ranked:

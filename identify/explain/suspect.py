@@ -25,6 +25,7 @@ from identify.unnamed.correction import Correction
 from identify.unnamed.linear import SlowFilter
 
 WIDTHS = np.geomspace(1e-2, 1e10, 49)  # of the weights' distribution over that at which they could just be seen
+LEVEL = 1e-3  # probability of a false alarm, all corrections together
 FITTED = 4  # corrections that are fitted; the others are judged to first order
 CLOSE = 0.9  # share of the best log likelihood from which another place is fitted
 LARGE = 1000.0  # of chi-squared: a mismatch that leaves first order
@@ -88,6 +89,12 @@ def unexplained(evidence: Evidence, found: Sequence[Suspect]) -> float:
     """Return the variance of what no correction explains, in units of the noise's, at least one."""
     left = evidence.left - max((s.gain for s in found), default=0.0)
     return max(1.0, left / evidence.residual.size)
+
+
+def explainable(ranked: Sequence[Suspect]) -> float:
+    """Return by how much more than chance a correction lets chi-squared fall; 0 where that may be chance, too."""
+    told = [s.gain - s.squares.size for s in ranked if len(ranked) * s.p_value < LEVEL]
+    return max(told, default=0.0)
 
 
 def suspect(evidence: Evidence, correction: Correction) -> Suspect:
