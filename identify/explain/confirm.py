@@ -12,6 +12,7 @@ from identify.phases import angles_of, scanned
 BLOCKS = 40  # stretches over which differences of squared residuals are averaged
 UNFINISHED, MUCH, EVEN = 1.1, 0.05, 0.5  # times the noise left on held-out data; share of what was met; probability
 CONVINCING = 2.0  # standard errors by which held-out data must side with a finding that the training data proved
+CERTAIN, CERTAIN_FALL = 3.0, 100.0  # standard errors that may be chance, beside such a fall of chi-squared, which is none
 
 
 def adapted(chain: Chain, observations: Sequence[Observation]) -> Chain:
@@ -62,13 +63,15 @@ def would_tell(better: Chain, worse: Chain, observations: Sequence[Observation])
     return float(np.sqrt(sum(float(d @ d) / o.noise_v**2 for d, o in zip(changes, observations, strict=True))))
 
 
-def unconfirmed(side: float, told: float) -> bool:
+def unconfirmed(side: float, told: float, fallen: float = 0.0) -> bool:
     """Return whether held-out data that side with a finding by ``side`` standard errors speak against it.
 
     They would by ``told`` if it were right: that must be enough to tell, and chance must not be what keeps them from
-    convincing.
+    convincing. ``fallen`` is by how much chi-squared of the training data fell: where chance cannot have made that,
+    more of it is left to the held-out data.
     """
-    return told > CONVINCING and side < min(CONVINCING, told - CONVINCING)
+    chance = CERTAIN if fallen > CERTAIN_FALL else CONVINCING
+    return told > CONVINCING and side < min(CONVINCING, told - chance)
 
 
 def most_believed(met: float, left: float) -> float:

@@ -182,7 +182,7 @@ def confirmed(
         scatters = by_chance_elsewhere(better, (effect,), bench.observations, test) > 0.0
         side = improvement(better, worse, test)
         unseen = hypothesis.swell > 1.0 and not effect.by_chance and side < CONVINCING * sqrt(hypothesis.swell)
-        if not scatters and (unseen or unconfirmed(side, told)):
+        if not scatters and (unseen or unconfirmed(side, told, hypothesis.fall(without))):
             hypothesis = without
             dropped.append(effect)
     beyond = located(bench, hypothesis) if dropped else earned.beyond

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import ClassVar, final
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d, median_filter
+from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d
 from scipy.stats import binom
 
 from identify.effects.adc_clipping import AdcClipping
@@ -28,6 +28,9 @@ ALIKE = 0.3  # share of readings that repeat the one before, elsewhere: more is 
 REACH = 3.0  # sd from the end within which it cuts the noise of a level
 LEVEL = 3  # readings whose median is the level
 BESIDE = 9  # readings of which none may come so near: of those on the way there, the noise would choose which count
+AROUND, FAR = 500, 8.0  # readings before and after those, of which all within so many sd count as near: the noise of a
+# level a little below would choose the highest of it
+GAP = 51  # readings
 EXACT = 1e-9  # of the range of readings: apart no further, they are the same
 
 
@@ -84,11 +87,13 @@ def range_ends(traces: Sequence[Trace], noise_v: float) -> tuple[tuple[Trace, ..
 def _chance(end: _End, y: Array, inside_v: float) -> float | None:
     """Return how likely as many readings would stand at an end that is none, None where it is none.
 
-    The density of readings falls towards their extreme: what lies just inside is met as often as the end, or oftener.
+    The density of readings falls towards their extreme: a stretch just inside holds as many as one as wide at the end,
+    or more. What is called an end has to hold more than the whole of a wider stretch.
     """
     at = int(np.count_nonzero(end.at(y)))
     near = int(np.count_nonzero(end.sign * (end.value_v - y) <= inside_v)) - at
-    return float(binom.sf(at - 1, at + near, 0.5)) if at >= LEAST and at > near else None
+    share = 2.0 * end.same_v / (2.0 * end.same_v + inside_v)
+    return float(binom.sf(at - 1, at + near, share)) if at >= LEAST and at > near else None
 
 
 def _repeating(ends: Sequence[_End], readings: Sequence[Array]) -> float:
@@ -102,9 +107,23 @@ def _repeating(ends: Sequence[_End], readings: Sequence[Array]) -> float:
 
 
 def _cut(trace: Trace, ends: Sequence[_End], noise_v: float) -> Samples:
-    """Return the readings whose noise an end cuts, as numbers of samples."""
+    """Return the readings whose noise an end cuts, and those beside them that it would have chosen, as numbers."""
     y = trace.y[:]
     level = median_filter(y, LEVEL, mode="nearest")
-    highest = [(end, maximum_filter1d(end.sign * level, BESIDE, mode="nearest")) for end in ends]
-    near = [end.at(y) | (end.sign * end.value_v - most < REACH * noise_v) for end, most in highest]
-    return np.flatnonzero(np.any(near, axis=0))
+    every = np.zeros(y.size, dtype=np.bool_)
+    for end in ends:
+        away_sd = end.sign * (end.value_v - level) / noise_v
+        near = end.at(y) | (minimum_filter1d(away_sd, BESIDE, mode="nearest") < REACH)
+        near |= _around(near) & (away_sd < FAR)
+        every |= near | (_between(near) & (away_sd < 2.0 * FAR))
+    return np.flatnonzero(every)
+
+
+def _around(near: Mask) -> Mask:
+    """Return what has one of ``near`` not far from it."""
+    return np.asarray(maximum_filter1d(near, 2 * AROUND + 1, mode="constant"))
+
+
+def _between(near: Mask) -> Mask:
+    """Return ``near`` without its short gaps: on the way down from there the noise chooses what is near."""
+    return np.asarray(minimum_filter1d(maximum_filter1d(near, GAP, mode="nearest"), GAP, mode="nearest"))

@@ -58,15 +58,17 @@ def test_held_out_data_convince_of_what_is_true_as_often_as_a_normal_number_does
     assert np.mean([improvement(PLAIN, moved, [seen]) > 2.0 for seen in SEEN]) > 0.5 * (often + seldom)
 
 
-@pytest.mark.parametrize(("side", "told", "against"), [
-    (-5.0, 1.9, False),  # they cannot tell
-    (1.2, 2.7, False),  # chance may keep a right finding from the two that convince
-    (0.6, 2.7, True),
-    (2.1, 50.0, False),
-    (1.9, 50.0, True),
+@pytest.mark.parametrize(("side", "told", "fallen", "against"), [
+    (-5.0, 1.9, 30.0, False),  # they cannot tell
+    (1.2, 2.7, 30.0, False),  # chance may keep a right finding from the two that convince
+    (0.6, 2.7, 30.0, True),
+    (0.6, 2.7, 400.0, False),  # chance may not have made it
+    (-0.4, 2.7, 400.0, True),
+    (2.1, 50.0, 30.0, False),
+    (1.9, 50.0, 400.0, True),
 ])
-def test_held_out_data_speak_against_a_finding_only_where_they_can_tell(side, told, against):
-    assert unconfirmed(side, told) is against
+def test_held_out_data_speak_against_a_finding_only_where_they_can_tell(side, told, fallen, against):
+    assert unconfirmed(side, told, fallen) is against
 
 
 def test_physics_of_no_catalogue_is_the_less_likely_the_less_a_name_leaves():

@@ -61,6 +61,24 @@ def test_of_short_visits_to_the_end_none_is_left_that_its_noise_has_chosen():
     assert np.count_nonzero(seen.valid) > 3000
 
 
+@pytest.mark.parametrize("below", [3.5, 4.0, 4.5, 5.0])
+def test_of_a_level_a_little_below_the_end_the_noise_does_not_choose_what_counts(below):
+    """Were the highest readings of it left out, the others would look like a rail just below it."""
+    answer = np.where(np.arange(40_000) % 4000 < 2000, RAIL_V - below * NOISE_V, RAIL_V)
+    noise = np.random.default_rng(9).normal(0.0, NOISE_V, answer.size)
+    (seen,), (told,) = range_ends([Trace("held", 1e4, answer, np.minimum(answer + noise, RAIL_V))], NOISE_V)
+    assert told.p_value < 1e-6
+    left = (seen.y - answer)[seen.valid & (answer < RAIL_V)]
+    assert abs(np.sum(left)) <= 4.0 * NOISE_V * np.sqrt(left.size)
+
+
+def test_few_readings_at_one_value_are_an_end_beside_as_many_in_a_stretch_far_wider():
+    y = np.random.default_rng(10).uniform(-1.0, 0.0, 10_000)
+    y[::290] = 1e-5  # 35 of them, beside 25 within a quarter of the noise
+    _, (told,) = range_ends([Trace("some", 1e4, y, y)], NOISE_V)
+    assert told.p_value < 1e-9
+
+
 @pytest.mark.parametrize("trace", [
     read(STAIRS), read(SINE), read(STAIRS, Concealed("saturation", {"upper": 10.0, "lower": -10.0})),
     clipped(read(STAIRS), lsb=0.004), clipped(read(SINE), lsb=0.02), clipped(read(STAIRS), RAIL_V, lsb=0.05),
