@@ -12,7 +12,7 @@ from identify.phases import angles_of, scanned
 BLOCKS = 40  # stretches over which differences of squared residuals are averaged
 UNFINISHED, MUCH, EVEN = 1.1, 0.05, 0.5  # times the noise left on held-out data; share of what was met; probability
 CONVINCING = 2.0  # standard errors by which held-out data must side with a finding that the training data proved
-CERTAIN, CERTAIN_FALL = 3.0, 100.0  # standard errors that may be chance, beside such a fall of chi-squared, which is none
+CERTAIN, CERTAIN_FALL = 3.0, 100.0  # standard errors that may be chance, beside a fall of chi-squared that is none
 
 
 def adapted(chain: Chain, observations: Sequence[Observation]) -> Chain:
