@@ -6,7 +6,7 @@ from math import sqrt
 
 from threadpoolctl import threadpool_limits
 
-from identify.chain import as_promised
+from identify.chain import Chain, as_promised
 from identify.effects import catalogue, chain_of
 from identify.effects.effect import Effect
 from identify.excerpts.excerpts import excerpts_of
@@ -21,6 +21,7 @@ from identify.explain.neighbours import resettled, settled
 from identify.explain.readings import Look, Readings, counts_another, hides_noise, loses, read, reread, suspected
 from identify.explain.select import selected
 from identify.explain.survey import surveyed
+from identify.explain.suspect import MOST
 from identify.explain.wander import by_chance_elsewhere
 from identify.explain.warrant import Warranted, warranted
 from identify.holdout import Split
@@ -121,7 +122,7 @@ def _looked_again(
     None where these are the readings that were explained.
     """
     effects = kept.hypothesis.effects
-    improved = adapted(kept.hypothesis.fit.chain, data.test)
+    improved = adapted(_best_told(kept), data.test)
     reading = reread(readings, improved, effects, look.leave_out, not kept.beyond.significant)
     own = {blemish for effect in effects for blemish in effect.brings}
     before, after = {b.id for b in readings.found} - own, {b.id for b in reading.found} - {"adc_quantisation"}
@@ -135,6 +136,17 @@ def _looked_again(
     if kept.beyond.significant and readings.doubtful:
         return reading, replace(look, held=True)
     return reading, None
+
+
+def _best_told(kept: Warranted) -> Chain:
+    """Return the chain that tells most of what was played: with what is unnamed, too, or blemishes would be seen in it.
+
+    What goes with the clock is left where it is: noise goes with that, too, and would be part of it.
+    """
+    beyond = kept.beyond
+    if not beyond.significant or beyond.best.axis == "clock time" or len(beyond.best.knots) > MOST:
+        return kept.hypothesis.fit.chain
+    return beyond.fitted[0][1].fit.chain
 
 
 def _silent(sentence: str, share: float) -> None:

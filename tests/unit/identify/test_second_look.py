@@ -5,12 +5,17 @@ from dataclasses import replace
 
 import pytest
 
-from identify.effects import catalogue
+from identify.effects import catalogue, chain_of
 from identify.explain import explain
+from identify.explain.bench import Bench
+from identify.explain.locate import located
+from identify.explain.warrant import Warranted
+from identify.stage import Place
+from identify.unnamed.maps import ClockMap
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
 from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
-from tests.trials import model_of, recorded
+from tests.trials import model_of, observed, recorded
 
 WAY = sys.modules[explain.__module__]  # the package has the function under its name
 RAILS = (Concealed("saturation", {"upper": 9.0, "lower": -9.0}),)
@@ -33,3 +38,17 @@ def test_a_second_look_is_believed_unless_it_sees_less(left_out, monkeypatch):
     told = explain(model_of(OP_AMP), train, test)
     assert looks == [(), left_out]
     assert (told.verdict, [finding.id for finding in told.effects]) == ("explained", ["saturation"])
+
+
+def test_blemishes_are_looked_for_beside_what_is_unnamed_but_not_beside_what_goes_with_the_clock():
+    """Lines that nobody named look like coloured noise; a drift of free form would be that noise."""
+    rippled = (Concealed("reference_ripple", {"share": 0.03, "frequency": 93.9}),)
+    trace = recorded(OP_AMP, RUNS[0], rippled, 0.01, 1, 0.0, 8)
+    bench = Bench(chain_of(model_of(OP_AMP)), (observed(trace, 0.01, 1),), (), ())
+    plain = bench.fitted(bench.plain, ())
+    kept = Warranted(plain, located(bench, plain))
+    beside = kept.beyond.fitted[0][1]
+    assert beside.misfit < 0.02 < plain.misfit
+    assert WAY._best_told(kept) is beside.fit.chain
+    drifting = replace(kept.beyond, fitted=((ClockMap(Place.SENSE, (0.0, 1.0)), beside),))
+    assert WAY._best_told(replace(kept, beyond=drifting)) is plain.fit.chain
