@@ -361,6 +361,30 @@ def _code(rng: Rng, reach: Reach) -> Scaled:
     return lambda strength: {"step": 0.2 * up * reach.high_w_v * strength, "level": level}
 
 
+def _bit(rng: Rng, reach: Reach) -> Scaled:
+    return lambda strength: {"weight": 0.25 * reach.u_v * strength}
+
+
+def _crack(rng: Rng, reach: Reach) -> Scaled:
+    moment, up = float(rng.uniform(*np.quantile(reach.moving_s, [0.2, 0.8]))), sign(rng)
+    return lambda strength: {"share": 0.2 * up * strength, "moment": moment}
+
+
+def _warm_gap(rng: Rng, reach: Reach) -> Scaled:
+    tau = between(rng, 0.3, 3.0)
+    return lambda strength: {"k": 0.8 * strength, "tau": tau, "top": reach.v_v}
+
+
+def _trigger(rng: Rng, reach: Reach) -> Scaled:
+    level, up = float(rng.uniform(0.2, 0.6)) * min(reach.high_w_v, -reach.low_w_v), sign(rng)
+    return lambda strength: {"size": 0.2 * up * reach.high_w_v * strength, "level": level}
+
+
+def _sag(rng: Rng, reach: Reach) -> Scaled:
+    top, tau, sag = max(reach.high_w_v, -reach.low_w_v), between(rng, 0.05, 0.5), float(rng.uniform(0.2, 0.6))
+    return lambda strength: {"rail": top * (1.0 + sag - 0.6 * strength), "sag": sag, "tau": tau}
+
+
 UNHEARD: tuple[Kind, ...] = (
     Kind("reference_ripple", "source", "reference_ripple", _ripple),
     Kind("level_dependent_delay", "G1", "level_dependent_delay", _one("k", lambda r: 8e-3 / r.v_v)),
@@ -372,4 +396,11 @@ UNHEARD: tuple[Kind, ...] = (
     Kind("stray_line", "sense", "stray_line", _stray),
     Kind("telegraph", "sense", "telegraph", _popcorn),
     Kind("missing_code", "sense", "missing_code", _code),
+    Kind("stuck_bit", "source", "stuck_bit", _bit),
+    Kind("cracked_joint", "G1", "cracked_joint", _crack),
+    Kind("warming_gap", "F", "warming_gap", _warm_gap),
+    Kind("trigger", "F", "trigger", _trigger),
+    Kind("sagging_rails", "F", "sagging_rails", _sag),
+    Kind("one_way_lag", "G2", "one_way_lag", _one("tau", lambda r: 5e-3)),
+    Kind("adc_ripple", "sense", "adc_ripple", _ripple),
 )

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from tests.proof.integrator import Array, play, read_when, sticking_play
-from tests.proof.physics import Change, Place, Scene, borders
+from tests.proof.physics import Change, Place, Scene, borders, lag
 
 
 def reference_ripple(drive: Array, scene: Scene) -> Array:
@@ -84,6 +84,70 @@ def missing_code(y: Array, scene: Scene) -> Array:
     return y + scene.values["step"] * (y > scene.values["level"])
 
 
+def stuck_bit(u: Array, scene: Scene) -> Array:
+    """Let the bit of the DAC that weighs ``weight`` [V] stick at one: u is that much higher where it should be zero."""
+    return u + scene.values["weight"] * (np.floor(u / scene.values["weight"]) % 2.0 == 0.0)
+
+
+def cracked_joint(v: Array, scene: Scene) -> Array:
+    """Let v be larger by ``share`` from the clock time ``moment`` [s] on: a resistor beside it has let go."""
+    time_s = scene.grid.start_s + scene.grid.run_s
+    return v * (1.0 + scene.values["share"] * (time_s > scene.values["moment"]))
+
+
+def warming_gap(v: Array, scene: Scene) -> Array:
+    """Let the gap widen with heat: both crossings times 1 + k q, q what v^2 (in units of top^2) warms in tau [s]."""
+    rig = scene.rig
+    wider = 1.0 + scene.values["k"] * lag((v / scene.values["top"]) ** 2, scene.values["tau"], scene)
+    return play(rig.s_l * (v - wider * rig.d_l_v), rig.s_u * (v - wider * rig.d_u_v), 0.0, 1.0, 0.0)
+
+
+def trigger(w: Array, scene: Scene) -> Array:
+    """Add ``size`` [V] while a Schmitt trigger is up: it goes up at w = ``level`` [V], and down again at -``level``."""
+    return w + scene.values["size"] * _up(w, scene.values["level"])
+
+
+@njit(cache=True)
+def _up(signal, level):  # type: ignore[no-untyped-def]  # compiled
+    """Return 1 where a trigger that goes up at ``level`` and down at minus that is up, 0 where it is down."""
+    out = np.zeros(signal.size)
+    up = 0.0
+    for n in range(signal.size):
+        if signal[n] > level:
+            up = 1.0
+        elif signal[n] < -level:
+            up = 0.0
+        out[n] = up
+    return out
+
+
+def sagging_rails(w: Array, scene: Scene) -> Array:
+    """Clip w to +-``rail`` [V], less ``sag`` of what |w| was on average over the last ``tau`` [s]."""
+    rail = scene.values["rail"] - scene.values["sag"] * lag(np.abs(w), scene.values["tau"], scene)
+    return np.clip(w, -rail, rail)
+
+
+def one_way_lag(x: Array, scene: Scene) -> Array:
+    """Follow x at once when it falls, and behind a pole of ``tau`` [s] when it rises: a stage that only pulls down."""
+    return _rising(x, -np.expm1(-scene.grid.step_s / scene.values["tau"]))
+
+
+@njit(cache=True)
+def _rising(signal, follow):  # type: ignore[no-untyped-def]  # compiled
+    """Return a signal that is followed at once downwards and by the share ``follow`` a step upwards."""
+    out = np.empty(signal.size)
+    level = signal[0]
+    for n in range(signal.size):
+        level = signal[n] if signal[n] < level else level + follow * (signal[n] - level)
+        out[n] = level
+    return out
+
+
+def adc_ripple(y: Array, scene: Scene) -> Array:
+    """Let the ADC's reference ripple: y times 1 + share sin(2 pi f t), locked to the clock."""
+    return y * (1.0 + scene.values["share"] * np.sin(2.0 * np.pi * scene.values["frequency"] * scene.clock_s))
+
+
 OUTSIDE: dict[str, tuple[Place, Change]] = {
     "reference_ripple": ("drive", reference_ripple),
     "level_dependent_delay": ("v", level_dependent_delay),
@@ -95,4 +159,11 @@ OUTSIDE: dict[str, tuple[Place, Change]] = {
     "stray_line": ("y", stray_line),
     "telegraph": ("y", telegraph),
     "missing_code": ("y", missing_code),
+    "stuck_bit": ("dac", stuck_bit),
+    "cracked_joint": ("v", cracked_joint),
+    "warming_gap": ("play", warming_gap),
+    "trigger": ("w", trigger),
+    "sagging_rails": ("w", sagging_rails),
+    "one_way_lag": ("x", one_way_lag),
+    "adc_ripple": ("y", adc_ripple),
 }

@@ -223,7 +223,7 @@ def rounded_slew(w: Array, scene: Scene) -> Array:
 
 def absorption(w: Array, scene: Scene) -> Array:
     """Creep after every step: w' = (1 - fraction) w + fraction * w seen through 1/(1 + s tau)."""
-    slow = _lag(w, scene.values["tau"], scene)
+    slow = lag(w, scene.values["tau"], scene)
     return w + scene.values["fraction"] * (slow - w)
 
 
@@ -238,7 +238,7 @@ def absorption_on_plateaus(v: Array, scene: Scene) -> Array:
 
 def extra_pole(signal: Array, scene: Scene) -> Array:
     """Pass the signal through 1/(1 + s tau), settled before the run."""
-    return _lag(signal, scene.values["tau"], scene)
+    return lag(signal, scene.values["tau"], scene)
 
 
 def nonlinear_capacitor(signal: Array, scene: Scene) -> Array:
@@ -274,7 +274,8 @@ def resonance(signal: Array, scene: Scene) -> Array:
     return linear_block(between(signal), (wn**2,), (1.0, 2.0 * zeta * wn, wn**2), scene.grid.step_s, signal[0])
 
 
-def _lag(signal: Array, tau_s: float, scene: Scene) -> Array:
+def lag(signal: Array, tau_s: float, scene: Scene) -> Array:
+    """Return a signal behind a pole, at rest before the run."""
     return linear_block(between(signal), (1.0,), (tau_s, 1.0), scene.grid.step_s, signal[0])
 
 
@@ -338,7 +339,7 @@ def adc_nonlinearity(y: Array, scene: Scene) -> Array:
 
 def ac_coupling(x: Array, scene: Scene) -> Array:
     """Pass x through s/(s + 1/tau), settled before the run."""
-    return x - _lag(x, scene.values["tau"], scene)
+    return x - lag(x, scene.values["tau"], scene)
 
 
 def dead_time(times_s: Array, scene: Scene) -> Array:

@@ -1,0 +1,66 @@
+"""Does physics that is in no catalogue do what its equation says, on signals whose answer is known by hand?"""
+
+import numpy as np
+import pytest
+
+from tests.proof import outside
+from tests.proof.integrator import Grid
+from tests.proof.physics import Scene, ideal_play
+from tests.proof.rigs import OP_AMP
+
+GRID = Grid(1000.0, 400, 8, start_s=12.0)
+T = GRID.run_s
+
+
+def scene(**values: float) -> Scene:
+    return Scene(GRID, OP_AMP, np.zeros(GRID.samples), values, seed=5)
+
+
+def test_a_bit_that_is_stuck_lifts_every_other_step() -> None:
+    u = np.array([-0.75, -0.25, 0.25, 0.75, 1.25])  # bits of 0.5 V: floor -2, -1, 0, 1, 2
+    assert outside.stuck_bit(u, scene(weight=0.5)).tolist() == [-0.25, -0.25, 0.75, 0.75, 1.75]
+
+
+def test_a_joint_cracks_once_by_the_clock() -> None:
+    v = outside.cracked_joint(np.ones(T.size), scene(share=0.02, moment=12.1))
+    assert np.all(v[T < 0.1] == 1.0)
+    assert np.all(v[T > 0.1001] == 1.02)
+
+
+def test_a_gap_that_warms_moves_its_borders_out_with_the_heat_of_v() -> None:
+    v, tau = np.full(T.size, 3.0), 0.05
+    v[0] = 0.0
+    held = scene(k=0.1, tau=tau, top=3.0)
+    w = outside.warming_gap(v, held)
+    assert w[1] == pytest.approx(ideal_play(v, held)[1], rel=1e-3)
+    assert w.max() == w[-1]  # it was pushed up to the border at first, and stays as the border retreats
+    rising = np.linspace(0.0, 3.0, T.size)
+    late = ideal_play(rising, held)[-1] - outside.warming_gap(rising, scene(k=0.1, tau=1e-5, top=3.0))[-1]
+    assert late == pytest.approx(OP_AMP.s_l * 0.1 * OP_AMP.d_l_v, rel=1e-3)
+
+
+def test_a_trigger_goes_up_and_down_at_levels_of_its_own() -> None:
+    w = np.array([0.0, 0.9, 1.1, 0.0, -0.9, -1.1, 0.9, 1.2])
+    assert (outside.trigger(w, scene(size=5.0, level=1.0)) - w).tolist() == [0.0, 0.0, 5.0, 5.0, 5.0, 0.0, 0.0, 5.0]
+
+
+def test_rails_sag_with_what_was_drawn_before() -> None:
+    w = np.full(T.size, 8.0)
+    w[0] = 0.0
+    out = outside.sagging_rails(w, scene(rail=9.0, sag=0.5, tau=0.05))
+    assert out[1] == 8.0
+    assert out[-1] == pytest.approx(9.0 - 0.5 * 8.0 * (1.0 - np.exp(-T[-1] / 0.05)), rel=1e-3)
+
+
+def test_a_lag_of_one_way_falls_at_once() -> None:
+    x = np.where((T > 0.1) & (T < 0.2), 1.0, 0.0)
+    out = outside.one_way_lag(x, scene(tau=0.02))
+    up = (T > 0.1005) & (T < 0.1995)
+    assert np.allclose(out[up], 1.0 - np.exp(-(T[up] - 0.1) / 0.02), atol=0.01)
+    assert np.all(out[T > 0.2001] == 0.0)
+
+
+def test_a_ripple_of_the_adc_s_reference_goes_with_the_reading_and_the_clock() -> None:
+    y = np.full(GRID.samples, 2.0)
+    out = outside.adc_ripple(y, scene(share=0.1, frequency=70.0))
+    assert np.allclose(out, 2.0 + 0.2 * np.sin(2.0 * np.pi * 70.0 * (12.0 + GRID.sample_s)))
