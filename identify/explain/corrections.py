@@ -20,7 +20,7 @@ from identify.unnamed.linear import Bypass, Filter, SlowFilter
 from identify.unnamed.lines import GapRipple, Line, Ripple
 from identify.unnamed.maps import ClockMap, GainMap, LevelMap, RateMap
 from identify.unnamed.memory import BorderMap, GapOverClock, GapOverRate, Hysteresis, Plateau
-from identify.unnamed.modulation import Swiftness, Warming
+from identify.unnamed.modulation import GapAfterLoad, Swiftness, Warming
 
 KNOTS = 10  # of a map of the level where it is one of many: with more, each run has levels of its own
 FINER = (16, 28)  # of one that is fitted: the data choose
@@ -51,7 +51,7 @@ def _laws(evidence: Evidence, name: str) -> Iterator[Correction]:
     remembers = evidence.chain.stage_of(Play) is not None  # else a map of v is one of w
     for place in (Place.F, Place.SENSE, Place.SOURCE, *([Place.G1] if remembers else [])):
         yield LevelMap(place, level_knots(evidence, place, KNOTS), name)
-    yield RateMap(Place.F, evidence.rates(Place.F), name)
+    yield from (RateMap(place, evidence.rates(place), name) for place in (Place.F, Place.G2))
     clock = clock_knots(evidence)
     for place in (Place.G1, Place.SENSE):
         yield ClockMap(place, clock, name)
@@ -96,6 +96,7 @@ def _mixed(evidence: Evidence, name: str) -> Iterator[Correction]:
     slowest = slowest_s(evidence)
     lags = tuple(np.geomspace(slowest, 100.0 * slowest, LAGS).tolist())
     yield from (Warming(place, lags, name) for place in Warming.places)
+    yield GapAfterLoad(Place.F, lags, name)
     for place in (Place.G1, Place.G2):
         yield Swiftness(place, with_zero(level_knots(evidence, place, SPEEDS)), name)
 

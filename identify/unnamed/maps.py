@@ -110,7 +110,7 @@ class RateMap(Correction):
     equation = "s' = s + c(ds/dt), c straight between the knots"
     quick = True
     knot_unit = "V/s"
-    places = (Place.F, Place.SENSE)
+    places = (Place.F, Place.G2, Place.SENSE)
 
     @property
     def axis(self) -> str:

@@ -1,5 +1,6 @@
-"""Which free-form laws let one thing change another: a load the gain, the level the speed?"""
+"""Which free-form laws let one thing change another: a load the gain or the gap, the level the speed?"""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,8 +9,9 @@ from identify.blocks import run_linear
 from identify.discretise import stepper
 from identify.stage import Block, Grid, Place, Run, Values
 from identify.trace import Array
-from identify.unnamed.correction import Correction
+from identify.unnamed.correction import Correction, PlayCorrection
 from identify.unnamed.maps import LEVELS
+from identify.unnamed.memory import widened_play
 
 
 @dataclass(frozen=True)
@@ -32,14 +34,41 @@ class Warming(Correction):
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal times one plus the weighted lags of its square."""
-        lags = [run_linear(stepper((1.0,), (tau, 1.0), grid.step_s, "ramp")) for tau in self.knots]
+        warmth = _warmth(self.knots, values, grid)
+        return lambda block: np.asarray(block.signal * (1.0 + warmth(block)))
 
-        def run(block: Block) -> Array:
-            load = Block(np.square(block.signal), block.source, block.first, block.grid)
-            warmth = sum(a * lag(load) for a, lag in zip(values, lags, strict=True))
-            return np.asarray(block.signal * (1.0 + warmth))
 
-        return run
+@dataclass(frozen=True)
+class GapAfterLoad(PlayCorrection):
+    """A gap that follows the load of the recent past: the square of v behind lags, the knots."""
+
+    form = "gap after load"
+    kind = "a gap that follows the load of the recent past"
+    equation = "D_L + c, D_U - c, c = sum of a_k T_k, T_k = v^2 / (1 + s tau_k) in operator form"
+    knot_unit = "s"
+    weights = (("warm", "V^-1"),)
+    curved = False
+    least = 1
+
+    @property
+    def axis(self) -> str:
+        """Return the coordinate."""
+        return LEVELS[Place.G1]
+
+    def played(self, borders: Values, values: Values, grid: Grid) -> Run:
+        """Return the operator whose gap follows the load."""
+        return widened_play(borders, _warmth(self.knots, values, grid))
+
+
+def _warmth(lags_s: Sequence[float], weights: Values, grid: Grid) -> Run:
+    """Return what the square of a signal warms behind lags, weighed."""
+    lags = [run_linear(stepper((1.0,), (tau, 1.0), grid.step_s, "ramp")) for tau in lags_s]
+
+    def run(block: Block) -> Array:
+        load = Block(np.square(block.signal), block.source, block.first, block.grid)
+        return np.asarray(sum(a * lag(load) for a, lag in zip(weights, lags, strict=True)))
+
+    return run
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from identify.unnamed.linear import Bypass, Filter, SlowFilter
 from identify.unnamed.lines import GapRipple, Line, Ripple
 from identify.unnamed.maps import BrokenMap, ClockMap, GainMap, LevelMap, Moments, RateMap
 from identify.unnamed.memory import BorderMap, GapOverClock, GapOverRate, Hysteresis, Plateau
-from identify.unnamed.modulation import Swiftness, Warming
+from identify.unnamed.modulation import GapAfterLoad, Swiftness, Warming
 
 AT = "at"
 UNEVEN = 1e-6  # share by which evenly spaced knots may differ, for rounding
@@ -25,7 +25,7 @@ KINDS: dict[str, type[Correction]] = {
     kind.form: kind
     for kind in (
         LevelMap, BrokenMap, BorderMap, RateMap, Filter, SlowFilter, Bypass, Hysteresis, Plateau, GapOverRate,
-        GapOverClock, GapRipple, ClockMap, Moments, GainMap, Line, Ripple, Warming, Swiftness,
+        GapOverClock, GapRipple, ClockMap, Moments, GainMap, Line, Ripple, Warming, GapAfterLoad, Swiftness,
     )
 }  # fmt: skip
 

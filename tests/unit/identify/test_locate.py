@@ -134,6 +134,20 @@ def test_a_ripple_of_the_gap_is_found_at_its_frequency_on_the_borders() -> None:
     assert rippled.share > 0.95
 
 
+def test_a_gap_that_follows_the_load_is_found_on_the_borders() -> None:
+    warmed = found(bench(Concealed("warming_gap", {"k": 0.08, "tau": 0.1, "top": 3.0})))
+    assert (warmed.best.place, warmed.best.form) == (Place.F, "gap after load")
+    assert warmed.share > 0.95
+    assert warmed.places[Place.F] > 0.99
+
+
+def test_a_lag_of_one_way_goes_with_the_rate_before_or_behind_a_g2_that_is_fast() -> None:
+    late = found(bench(Concealed("one_way_lag", {"tau": 3e-4})))
+    assert late.best.form == "map of the rate"
+    assert late.share > 0.95
+    assert set(late.places) - {Place.F, Place.G2} == {p for p, share in late.places.items() if share < 0.01}
+
+
 def test_corrections_are_fitted_to_the_end_where_that_could_change_which_is_best(monkeypatch) -> None:
     there = bench()
     base, knots = there.fitted(there.plain, ()), tuple(np.linspace(-18.0, 14.0, 9).tolist())

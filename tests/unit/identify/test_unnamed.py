@@ -26,7 +26,7 @@ KNOTS = {
     "V": (-21.0, -13.0, -5.0, 3.0, 11.0, 19.0), "V/s": (0.0, 30.0, 100.0, 300.0), "s": (0.001, 0.01, 0.1),
     "Hz": (77.0,),
 }  # fmt: skip
-SIZE = {"V": 0.05, "V/V": 0.02, "V/s": 0.7, "V^-2": 1e-4, "s": 2e-4}
+SIZE = {"V": 0.05, "V/V": 0.02, "V/s": 0.7, "V^-1": 2e-3, "V^-2": 1e-4, "s": 2e-4}
 EVERY = [(form, place) for form, kind in KINDS.items() for place in kind.places]
 
 
