@@ -21,11 +21,13 @@ def slewed(most: float, level: float, signal: Array, out: Array) -> float:
 def slewed_softly(most: float, lag: float, level: float, before: float, signal: Array, out: Array) -> float:
     """Follow ``signal`` from ``level`` by dw/dt = most tanh((signal - w) / (most lag)), time in steps; return the last.
 
-    Within a step the signal is taken as its middle, and sinh of the argument then falls as exp(-t / lag), exactly.
+    Within a step the signal is taken as one value of it, and sinh of the argument then falls as exp(-t / lag), exactly:
+    that value is followed to where a straight signal is, where all of it is near.
     """
     reach, fall = most * lag, np.exp(-1.0 / lag)
+    share = 1.0 / (1.0 - fall) - lag  # half a step where the lag is long, all but the lag where it is short
     for j in range(signal.size):
-        there = 0.5 * (before + signal[j])
+        there = before + share * (signal[j] - before)
         before = signal[j]
         far = abs(there - level) / reach
         if far > NEAR:

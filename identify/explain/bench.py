@@ -133,6 +133,12 @@ class Bench:
             self.asked[id(base)] = base, suspects(self.evidence(base))
         return self.asked[id(base)][1]
 
+    def explainable(self, base: Hypothesis) -> float:
+        """Return how much of chi-squared there is to explain: beyond the noise, or what free-form corrections find."""
+        if base.misfit > base.noise_known or base.swell > 1.0:
+            return base.chi2 - base.count
+        return explainable(self.suspects(base))
+
     def refined(self, chain: Chain) -> "Bench":
         """Return the bench with grids fine enough for ``chain``."""
         finer = tuple(refined(o, chain) for o in self.observations)
@@ -161,8 +167,9 @@ class Bench:
         if not left_over < self.noise_known < base.misfit:
             wanders = unrepeated(base.fit.chain, self.observations)
             unmet = [p.candidate for p in unforeseen(hopes, worth, tried, base)]
-            there = explainable(self.suspects(base)) if base.misfit < self.noise_known else base.proven
-            left = [*unmet, *(c for c in lagging(screened, tried, base, wanders > MOSTLY, there) if c not in unmet)]
+            there = self.explainable(base)
+            lags = lagging(screened, tried, base, wanders > MOSTLY, there) if there > least else []
+            left = [*unmet, *(c for c in lags if c not in unmet)]
             starts = [Promise(c, self._begun(base, c, wanders), c.gain) for c in left]
             tried = [*tried, *self.raced(base, starts)]
         fitted = [h for h in (*tried, *self.fuller(base, tried)) if self.possible(h)]

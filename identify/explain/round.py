@@ -17,7 +17,6 @@ DOUBTFUL = 0.05  # probability of a start's gain by chance above which nothing s
 FITTED_A_ROUND = 8
 NEXT = 2e-4  # share of what is explained already that one more effect must explain: a rig file is not exact either
 WHOLE = 0.9  # share of what is left, from which an effect counts however little that is
-NONE = 1e-9  # of chi-squared
 UNFORESEEN = 3  # fits a round of what first order does not foresee
 PROMISING = 0.2  # share of the best promise below which a candidate is not fitted
 NEARLY = 0.9  # share of the best promise that the samples' own grid, on which promises are made, may mistake
@@ -142,15 +141,14 @@ def unforeseen(
 def lagging(
     screened: Sequence[Candidate], tried: Sequence[Hypothesis], base: Hypothesis, wanders: bool, there: float
 ) -> list[Candidate]:
-    """Return every lag that was not fitted, from its best start, where the best fit leaves much of a plain misfit.
+    """Return every lag that was not fitted, from its best start, where the best fit leaves much of a misfit.
 
     The plain values stand in for a lag, and first order does not lead back from where they have gone. What is ``there``
-    of chi-squared says what is much where the noise could make all of it. Where the misfit ``wanders``, from repeat to
-    repeat, what acts by chance is returned, too: first order foresees the mean of it alone.
+    of chi-squared says what is much. Where the misfit ``wanders``, from repeat to repeat, what acts by chance is
+    returned, too: first order foresees the mean of it alone.
     """
     best = min(tried, key=lambda h: h.chi2, default=base)
-    share = best.share(base) if base.misfit > base.noise_known else (base.chi2 - best.chi2) / max(there, NONE)
-    if base.effects or share > WHOLE:
+    if there <= 0.0 or base.chi2 - best.chi2 > WHOLE * there:
         return []
     fitted = {(h.effects[-1].id, h.effects[-1].place) for h in tried}
 
@@ -178,10 +176,10 @@ def promising(promises: Sequence[Promise], tried: int, runs: int) -> list[Promis
     return may_win[:FITTED_A_ROUND]
 
 
-def counts(start: Hypothesis, base: Hypothesis, best: Hypothesis) -> bool:
+def counts(start: Hypothesis, base: Hypothesis, best: Hypothesis, there: float) -> bool:
     """Return whether a further effect explains more than what the right law of a large one leaves, taken roughly.
 
-    Or all but little of what is left: that no law does which stands in for the flaws of another.
+    Or all but little of what is ``there`` to explain: that no law does which stands in for the flaws of another.
     """
     large = base.chi2 - best.chi2 > NEXT * (start.chi2 - base.chi2)
-    return large or best.share(base) > WHOLE
+    return large or base.chi2 - best.chi2 > WHOLE * there > 0.0

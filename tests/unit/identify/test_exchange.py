@@ -172,8 +172,9 @@ def test_a_further_effect_counts_where_it_takes_nearly_all_that_is_left_however_
     start = replace(tilted.fitted(tilted.plain, ()), chi2=1e9)
     base = replace(start, chi2=2.0 * start.count)
     for share, is_counted in ((WHOLE + 0.02, True), (WHOLE - 0.02, False)):
-        assert counts(start, base, replace(base, chi2=(2.0 - share) * base.count)) == is_counted
-    assert counts(start, start, base)
+        assert counts(start, base, replace(base, chi2=(2.0 - share) * base.count), float(base.count)) == is_counted
+    assert counts(start, start, base, float(start.count))
+    assert not counts(start, base, replace(base, chi2=base.chi2 - 1.0), 0.0)
 
 
 def test_forms_that_contain_the_winner_s_are_compared_with_it_however_far_behind_they_are(tilted: Bench) -> None:

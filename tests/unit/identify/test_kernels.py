@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
+from scipy.signal import lsim
 from scipy.special import wrightomega
 
 from identify import altered_kernels, charging, diode, kernels
@@ -259,11 +260,22 @@ def test_a_soft_slew_limit_solves_its_equation_within_every_step(lag, size):
     signal, most = size * np.random.default_rng(2).normal(size=12), 1.0
     out, before, level = np.empty(signal.size), 0.0, 0.0
     assert slewed_softly(most, lag, 0.0, 0.0, signal, out) == out[-1]
+    share = 1.0 / -np.expm1(-1.0 / lag) - lag
     for value, got in zip(signal, out, strict=True):
-        there, before = 0.5 * (before + value), value
+        there, before = before + share * (value - before), value
         law = lambda _, w, aim=there: most * np.tanh((aim - w) / (most * lag))  # noqa: E731
         level = float(solve_ivp(law, (0.0, 1.0), [level], method="Radau", rtol=1e-10, atol=1e-14 * size).y[0, -1])
         assert got == pytest.approx(level, rel=1e-7, abs=1e-8 * size)
+
+
+@pytest.mark.parametrize("lag", [0.05, 0.25, 1.0, 20.0])
+def test_a_soft_slew_limit_follows_what_is_near_as_a_pole_follows_straight_lines(lag):
+    signal = 1e-6 * np.cumsum(np.random.default_rng(3).normal(size=40))
+    out = np.empty(signal.size)
+    slewed_softly(1.0, lag, 0.0, 0.0, signal, out)
+    line = np.concatenate(([0.0], signal))
+    _, exact, _ = lsim(([1.0], [lag, 1.0]), line, np.arange(line.size, dtype=float))
+    assert np.allclose(out, exact[1:], rtol=0.0, atol=1e-11)
 
 
 @given(st.integers(4, 40), st.integers(1, 12), st.integers(0, 99))

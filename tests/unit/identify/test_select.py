@@ -225,7 +225,7 @@ def test_a_further_law_explains_its_part_of_what_is_proven_and_of_what_correctio
     bench, monkeypatch, part, found, belongs
 ):
     squares = np.array([found + 1.0])
-    monkeypatch.setattr("identify.explain.select.suspects", lambda evidence: [Suspect(None, squares, squares, {})])
+    monkeypatch.setattr("identify.explain.bench.suspects", lambda evidence: [Suspect(None, squares, squares, {})])
     start = replace(bench.fitted(bench.plain, ()), count=100_000, noise_known=0.0, chi2=3e5)
     base = replace(start, effects=(BYPASS,), chi2=1.2e5)
     law = replace(base, effects=(BYPASS, RAIL), chi2=1.14e5)  # 30 % of what is left
@@ -270,16 +270,17 @@ def test_lags_are_fitted_once_each_where_the_best_fit_leaves_much(bench):
             (RAIL, late(Place.G2), pole(Place.G1), pole(Place.G2), gap(Place.F), gap(Place.F)))
     ]  # fmt: skip
     poor = replace(base, effects=(late(Place.G2),), chi2=0.8 * base.chi2)
-    assert lagging(screened, [poor], base, False) == screened[2:5]
-    assert lagging(screened, [replace(poor, chi2=1.01 * base.count)], base, False) == []
-    assert lagging(screened, [], replace(base, chi2=float(base.count)), False) == []
+    there = base.chi2 - base.count
+    assert lagging(screened, [poor], base, False, there) == screened[2:5]
+    assert lagging(screened, [replace(poor, chi2=1.01 * base.count)], base, False, there) == []
+    assert lagging(screened, [], base, False, 0.0) == []
 
 
 def test_what_acts_by_chance_is_fitted_where_the_misfit_differs_from_repeat_to_repeat(bench):
     base = bench.fitted(bench.plain, ())
     screened = [Candidate(catalogue()["process_noise"](Place.G1, form), {}, 1.0) for form in ("white", "low-pass")]
-    assert lagging(screened, [], base, False) == []
-    assert lagging(screened, [], base, True) == screened[:1]
+    assert lagging(screened, [], base, False, 1.0) == []
+    assert lagging(screened, [], base, True, 1.0) == screened[:1]
 
 
 def test_what_promises_more_than_the_best_fit_kept_is_fitted_too(bench, monkeypatch):
@@ -303,7 +304,7 @@ def test_what_promises_more_than_the_best_fit_kept_is_fitted_too(bench, monkeypa
     monkeypatch.setattr("identify.explain.bench.promising", lambda hopes, tried, runs: [first])
     monkeypatch.setattr(Bench, "doubled", lambda self, base, tried, least: list(tried))
     monkeypatch.setattr(Bench, "fuller", lambda self, base, tried: [])
-    monkeypatch.setattr("identify.explain.bench.lagging", lambda screened, tried, base, wanders: [])
+    monkeypatch.setattr("identify.explain.bench.lagging", lambda *screened: [])
     monkeypatch.setattr("identify.explain.bench.unforeseen", lambda hopes, *rest: [])
     this = bench.round(base)
     assert asked[:2] == [[first], [second]]
