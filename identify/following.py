@@ -25,7 +25,7 @@ def slewed_softly(most: float, lag: float, level: float, before: float, signal: 
     that value is followed to where a straight signal is, where all of it is near.
     """
     reach, fall = most * lag, np.exp(-1.0 / lag)
-    share = 1.0 / (1.0 - fall) - lag  # half a step where the lag is long, all but the lag where it is short
+    share = -1.0 / np.expm1(-1.0 / lag) - lag  # half a step where the lag is long, all but the lag where it is short
     for j in range(signal.size):
         there = before + share * (signal[j] - before)
         before = signal[j]

@@ -30,7 +30,7 @@ LEVEL = 3  # readings whose median is the level
 BESIDE = 9  # readings of which none may come so near: of those on the way there, the noise would choose which count
 AROUND, FAR = 500, 8.0  # readings before and after those, of which all within so many sd count as near: the noise of a
 # level a little below would choose the highest of it
-GAP = 51  # readings
+GAP = 51  # readings: shorter gaps between those left out are left out, too
 EXACT = 1e-9  # of the range of readings: apart no further, they are the same
 
 
