@@ -21,6 +21,7 @@ TOLD_ELSEWHERE = {  # the contract of effects tries them, too, and python -m tes
     "soft_saturation", "curved_border", "gain_drift", "hum, G1", "unequal_slopes", "diode_clamp",
     "dead_time", "adc_nonlinearity", "self_heating, F", "capacitor_nonlinearity, G2", "hum, sense", "feedthrough",
     "saturation",  # the demo and its flow tests tell it, and a circuit of op-amps
+    "plateau_droop, leak across", "hum, F",  # of each another form or place is in a pair
     "plateau_droop, leak",  # a real resistor across a real capacitor is in tests/proof/circuit
 }
 TWINS = {"extra_pole, G1": ("source_pole", "source")}  # the same law before F: no recording tells one from the other
