@@ -102,8 +102,11 @@ def _belongs(start: Hypothesis, this: Round, part: float, least: float) -> bool:
     is not asked where chance is part of it, only its part of what noise cannot make.
     """
     best = this.best
-    there = least / part if best is None or best.swell == 1.0 else this.base.chi2 - this.base.count
-    if best is None or not counts(start, this.base, best, there):
+    if best is None:
+        return False
+    beyond = max(this.base.chi2 - this.base.count, this.base.noise_known * this.base.count)
+    there = least / part if best.swell == 1.0 else beyond
+    if not counts(start, this.base, best, there):
         return False
     if this.base.chi2 - best.chi2 > WHOLE * there:
         return True

@@ -233,6 +233,16 @@ def test_a_further_law_explains_its_part_of_what_is_proven_and_of_what_correctio
     assert _explainable(bench, replace(base, swell=9.0)) == base.proven  # corrections find most of all what chance made
 
 
+def test_beside_chance_a_law_that_takes_all_of_next_to_nothing_does_not_belong(bench):
+    """What is left may be noise, whose variance is known to a hundredth: all of that is no more than chance."""
+    start = replace(bench.fitted(bench.plain, ()), count=100_000, noise_known=0.01, chi2=1e7)
+    base = replace(start, effects=(BYPASS,), chi2=100_060.0, swell=4.0)
+    law = replace(base, effects=(BYPASS, RAIL), chi2=100_002.0)
+    assert not _belongs(start, Round(base, (), (law,)), 0.4, 0.4 * _explainable(bench, base))
+    alone = [replace(h, swell=1.0) for h in (base, law)]
+    assert _belongs(start, Round(alone[0], (), (alone[1],)), 0.4, 0.4 * 60.0)
+
+
 def test_what_promises_less_than_its_part_is_not_fitted(bench):
     base = fitted(bench, RAIL)
     assert bench.round(base).tried

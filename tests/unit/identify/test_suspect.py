@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from identify.explain.corrections import with_zero
-from identify.explain.suspect import MOST, Suspect, contenders, overlooked
+from identify.explain.suspect import MOST, Suspect, contenders, explainable, overlooked
 from identify.stage import Place
 from identify.unnamed.maps import LevelMap
 
@@ -24,6 +24,14 @@ def test_what_promises_somewhat_less_is_fitted_too_where_the_mismatch_leaves_fir
     ranked = [promising(place, share * gain) for place, share in shares.items()]
     ranked.insert(1, promising(Place.SENSE, 0.9 * gain, 2 * MOST))
     assert [s.correction.place for s in overlooked(ranked, 1.0, contenders(ranked[:1], 1.0))] == fitted
+
+
+def test_what_corrections_find_beyond_chance_is_there_to_explain() -> None:
+    """Eight weights gain eight from noise alone; what noise may make of the best of several is nothing."""
+    chance, found = promising(Place.F, 12.0), promising(Place.G2, 200.0)
+    assert explainable([chance, found]) == pytest.approx(192.0)
+    assert explainable([chance]) == 0.0
+    assert explainable([]) == 0.0
 
 
 def test_the_inner_knot_next_to_zero_is_moved_there_and_no_other() -> None:
