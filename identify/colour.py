@@ -16,6 +16,7 @@ from scipy.fft import next_fast_len
 from scipy.signal import detrend, sosfilt, sosfilt_zi
 from scipy.stats import chi2
 
+from identify.innovations import Wander, innovations
 from identify.noise import good, quantisation_rms, repeated, settled_dwells
 from identify.trace import Array, Mask, Trace
 
@@ -39,17 +40,18 @@ class Colour:
     """Noise as an autoregression with coefficients ``taps``; ``gain`` is its rms over that of its new part n.
 
     Or, where it hangs together for longer, as white noise passed through a ladder of first-order lags and leads: a
-    pole and a zero each, in the plane of z.
+    pole and a zero each, in the plane of z. Or white noise beside what ``wander``s in one run, and in that alone.
     """
 
     taps: tuple[float, ...] = ()
     gain: float = 1.0
     ladder: tuple[tuple[float, ...], ...] = ()
+    wander: Wander | None = None
 
     @property
     def white(self) -> bool:
         """Return whether there is nothing to filter."""
-        return not self.taps and not self.ladder
+        return not self.taps and not self.ladder and self.wander is None
 
     @property
     def slow(self) -> float:
@@ -88,6 +90,8 @@ def whitening(colour: Colour) -> Filter:
     It remembers what came before, call by call. A reading whose past is not all in use becomes 0: it does not count.
     """
     order = len(colour.taps)
+    if colour.wander is not None:
+        return innovations(colour.wander)
     if colour.ladder:
         return _climbing(colour)
     if order == 0:

@@ -34,16 +34,17 @@ NEGLIGIBLE = 1e-4  # an expected gain in cost that no test could see ends the se
 class Pull:
     """A wish that ``law`` of the chain be ``target``, as strong as a measurement of it with error ``sd``.
 
-    Where a fit under a pull comes to rest, no other chain with the same value of ``law`` fits the data better.
+    All three are numbers, or arrays of shape (k,) of as many independent wishes. Where a fit under a pull comes to
+    rest, no other chain with the same value of ``law`` fits the data better.
     """
 
-    law: Callable[[Chain], float]
-    target: float
-    sd: float
+    law: Callable[[Chain], float | Array]
+    target: float | Array
+    sd: float | Array
 
     def cost(self, chain: Chain) -> float:
         """Return the price of not having what is wished for."""
-        return ((self.law(chain) - self.target) / self.sd) ** 2
+        return float(np.sum(np.square((self.law(chain) - self.target) / self.sd)))
 
 
 @dataclass(frozen=True)
@@ -188,15 +189,18 @@ class _Problem:
             matrix += curvature
             right += gradient
         if self.pull:
-            slope, short = self._pulled(theta, self.pull)
-            matrix, right = matrix + np.outer(slope, slope), right + slope * short
+            slopes, short = self._pulled(theta, self.pull)
+            matrix, right = matrix + slopes @ slopes.T, right + slopes @ short
         return matrix, right
 
-    def _pulled(self, theta: Array, pull: Pull) -> tuple[Array, float]:
-        """Return the slopes of a pull's law in every coordinate and how far it is from its target, per sd."""
+    def _pulled(self, theta: Array, pull: Pull) -> tuple[NDArray[np.float64], Array]:
+        """Return the slopes of a pull's laws in every coordinate, (p, k), and how far off their targets they are, (k,).
+
+        Both per sd.
+        """
         ends = [[pull.law(self.at(theta + step)) for step in (row, -row)] for row in PULL_STEP * np.eye(theta.size)]
-        slopes = np.array([(above - below) / (2.0 * PULL_STEP * pull.sd) for above, below in ends])
-        return slopes, (pull.target - pull.law(self.at(theta))) / pull.sd
+        slopes = [np.atleast_1d((above - below) / (2.0 * PULL_STEP * pull.sd)) for above, below in ends]
+        return np.array(slopes), np.atleast_1d((pull.target - pull.law(self.at(theta))) / pull.sd)
 
 
 def chi_squared(chain: Chain, observation: Observation) -> float:

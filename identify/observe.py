@@ -112,8 +112,12 @@ class Observation:
 
 def weighed(rows: NDArray[np.float64], observation: Observation) -> NDArray[np.float64]:
     """Return rows of the samples that count, V, shape (m, count), as a fit weighs them: per noise, made white."""
-    every = np.ones(rows.shape[1], dtype=np.bool_)
-    return np.asarray(whitening(observation.colour)(rows.T / observation.noise_v, every).T)
+    white = whitening(observation.colour)
+    if observation.colour.wander is None:
+        return np.asarray(white(rows.T / observation.noise_v, np.ones(rows.shape[1], dtype=np.bool_)).T)
+    whole = np.zeros((observation.use.size, rows.shape[0]))
+    whole[observation.use] = rows.T / observation.noise_v
+    return np.asarray(white(whole, observation.use).T)
 
 
 def rms(values: Array) -> float:
@@ -147,11 +151,10 @@ def refined(observation: Observation, chain: Chain) -> Observation:
 def _is_seen(observation: Observation, chain: Chain, substeps: int, finest: int) -> bool:
     """Return whether the error of stepping reaches SEEN standard deviations; the run is left where it does."""
     answers = (answered(chain, observation.trace, n, samples_at_once(finest)) for n in (substeps, finest))
-    total, first = 0.0, 0
-    most = SEEN * observation.noise_v
+    total, first, white = 0.0, 0, whitening(observation.colour)
     for coarse, fine in zip(*answers, strict=True):
-        error = (coarse - fine)[observation.use[first : first + coarse.size]]
+        error = white((coarse - fine) / observation.noise_v, observation.use[first : first + coarse.size])
         total, first = total + float(error @ error), first + coarse.size
-        if total >= most**2:
+        if total >= SEEN**2:
             return True
     return False

@@ -18,6 +18,7 @@ from identify.trace import Array
 
 if TYPE_CHECKING:
     from identify.evidence import Evidence
+    from identify.innovations import Wander
     from identify.observe import Observation
 
 STRONGER = {0.0: 2.0, float("inf"): 0.5}  # the factor by which a value that is absent there makes an effect stronger
@@ -111,6 +112,10 @@ class Effect(Stage):
     def applicable(self, chain: Chain) -> bool:
         """Return whether the effect can be put into ``chain``: not twice, and not where it has no meaning."""
         return all(effect.name != self.id for effect in chain.added)
+
+    def wander(self, chain: Chain, observation: "Observation") -> "Wander":
+        """Return how what it does by chance wanders in a run; NotImplementedError where it does nothing by chance."""
+        raise NotImplementedError(f"{self.id} does nothing by chance")
 
     def put_in(self, chain: Chain, values: Mapping[str, float]) -> Chain:
         """Return ``chain`` with this effect in it; ``values`` by short name."""

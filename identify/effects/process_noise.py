@@ -7,11 +7,15 @@ from typing import TYPE_CHECKING, ClassVar, Self, final
 import numpy as np
 
 from identify.altered_play import Law
+from identify.chain import Chain
 from identify.effects.effect import Confusion
 from identify.effects.inside_play import InsidePlay
+from identify.innovations import Wander
+from identify.observe import Observation
 from identify.ratchet import Kind
 from identify.stage import Grid, Parameter, Place, Values
 from identify.trace import Array
+from identify.wandering import wander_of
 
 if TYPE_CHECKING:
     from identify.evidence import Evidence
@@ -67,6 +71,11 @@ class ProcessNoise(InsidePlay):
         passed = (over <= 1.0).astype(np.float64) if self.form == "white" else 1.0 / np.sqrt(1.0 + np.square(over))
         noise = np.fft.irfft(np.fft.rfft(rng.standard_normal(size)) * passed, size)
         return np.asarray(sd_v * noise / np.sqrt(np.mean(np.square(passed))))
+
+    def wander(self, chain: Chain, observation: Observation) -> Wander:
+        """Return how w wanders in a run by the noise that a chain has."""
+        sd_v, bandwidth_hz = (chain.values[p.name] for p in (SD, BANDWIDTH))
+        return wander_of(chain, observation, sd_v, "white" if self.form == "white" else "low-pass", bandwidth_hz)
 
     def fuller(self) -> list[Self]:
         """Return the other form: it has the same two numbers, and which of them the noise has only a fit tells."""

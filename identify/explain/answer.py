@@ -11,6 +11,7 @@ from identify.delay import device_doubt_s
 from identify.effects import physics_in, would_separate
 from identify.effects.effect import Effect, short
 from identify.explain.bench import Bench
+from identify.explain.carried import bare
 from identify.explain.confirm import CONVINCING, adapted, held_out_rms, most_believed, would_tell
 from identify.explain.explanation import (
     Explanation,
@@ -73,7 +74,7 @@ class Answer:
         self.before_v = held_out_rms(adapted(self.before, self.raw.test), self.raw.test)
         chain = adapted(self.better.fit.chain, data.test)
         self.named_v = held_out_rms(chain, data.test)
-        self.named_over = pooled_rms(left for o in data.test for left in o.whitened(chain))
+        self.named_over = pooled_rms(left for o in bare(data.test) for left in o.whitened(chain))
         self.by_chance = self._by_chance(chain)
         self.blemished = bool(readings.found) and not self.better.effects
         asked = self.named_over > TO_THE_NOISE or self.blemished
@@ -84,6 +85,9 @@ class Answer:
 
     def _by_chance(self, chain: Chain) -> float:
         """Return what the named effects add by chance to the variance left on held-out data, over that of the noise."""
+        if self.bench.carried in self.better.effects:
+            white = pooled_rms(left for o in self.data.test for left in o.whitened(chain))
+            return max(self.named_over**2 - white**2, 0.0)
         made = by_chance_elsewhere(chain, self.better.effects, self.bench.observations, self.data.test)
         return made / sum(o.count for o in self.data.test)
 
@@ -159,9 +163,11 @@ class Answer:
     def parameters(self, effect: Effect) -> dict[str, tuple[Interval, str]]:
         """Return an effect's shared parameters with intervals and units, by short name."""
         found = {}
+        rough = self.bench.rough if effect == self.bench.carried else 0.0
+        wider = self.inflation * sqrt(1.0 + rough / 1.96**2)  # as far as chi-squared rises by that, too
         for p in effect.parameters():
             if not p.local:
-                interval = spanning(p.name, self.inflation, self.better.fit, self.elsewhere)
+                interval = spanning(p.name, wider, self.better.fit, self.elsewhere)
                 found[short(p.name)] = (interval, p.unit)
         return found
 

@@ -32,7 +32,7 @@ from identify.explain.round import (
 )
 from identify.explain.suspect import Suspect, explainable, suspects
 from identify.explain.wander import MOSTLY, sizing, unrepeated, without_chance
-from identify.fit import Fit, chi_squared, fit
+from identify.fit import Fit, Pull, chi_squared, fit
 from identify.observe import Observation, refined
 from identify.phases import angles_of, scanned
 from identify.stepping import alike, coarsened
@@ -54,7 +54,11 @@ TURNS = 4  # times phases are looked for anew once the rest has moved
 
 @dataclass(frozen=True)
 class Bench:
-    """The data, how well the variance of their noise is known, and the plain chain all hypotheses are built on."""
+    """The data, how well the variance of their noise is known, and the plain chain all hypotheses are built on.
+
+    Where the data are weighed beside what a law ``carried`` along, a ``pull`` holds its numbers near what tells them,
+    and a fall of chi-squared up to ``rough`` may be made by its being rough.
+    """
 
     plain: Chain
     observations: tuple[Observation, ...]
@@ -63,6 +67,9 @@ class Bench:
     known: dict[tuple[Effect, ...], Hypothesis] = field(default_factory=dict)
     noise_known: float = NOISE_KNOWN
     asked: dict[int, tuple[Hypothesis, list[Suspect]]] = field(default_factory=dict)
+    carried: Effect | None = None
+    pull: Pull | None = None
+    rough: float = 0.0
 
     @property
     def surprise(self) -> float:
@@ -101,6 +108,8 @@ class Bench:
             fit, observations=seen, centre=self.plain.values, fixed=self.fixed, iterations=iterations, valleys=False,
             enough=enough, rougher=ROUGHER if enough else 1,
         )  # fmt: skip
+        if self.carried in effects:
+            return search(chain, pull=self.pull)
         found = search(chain, pull=sizing(chain, effects, seen))
         pull = sizing(found.chain, effects, seen)
         return search(found.chain, pull=pull) if pull else found
@@ -130,7 +139,8 @@ class Bench:
     def suspects(self, base: Hypothesis) -> list[Suspect]:
         """Return what every correction of free form promises on top of a hypothesis; asked again, it is remembered."""
         if id(base) not in self.asked:
-            self.asked[id(base)] = base, suspects(self.evidence(base))
+            found = suspects(self.evidence(base))
+            self.asked[id(base)] = base, [s for s in found if s.gain > self.rough]
         return self.asked[id(base)][1]
 
     def explainable(self, base: Hypothesis) -> float:
@@ -270,7 +280,7 @@ class Bench:
     def pruned(self, hypothesis: Hypothesis) -> Hypothesis:
         """Drop effects that no longer pay for themselves and for all laws tried, the weakest first."""
         while len(hypothesis.effects) > 1:
-            without = [self.without(hypothesis, effect) for effect in hypothesis.effects]
+            without = [self.without(hypothesis, effect) for effect in hypothesis.effects if effect != self.carried]
             best = max(without, key=lambda h: h.advantage(hypothesis))
             if best.advantage(hypothesis) < -2.0 * self.surprise:
                 break

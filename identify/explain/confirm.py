@@ -8,6 +8,7 @@ from identify.chain import Chain, local_name
 from identify.fit import fit
 from identify.observe import Observation, pooled_rms
 from identify.phases import angles_of, scanned
+from identify.trace import Array
 
 BLOCKS = 40  # stretches over which differences of squared residuals are averaged
 UNFINISHED, MUCH, EVEN = 1.1, 0.05, 0.5  # times the noise left on held-out data; share of what was met; probability
@@ -44,14 +45,13 @@ def improvement(better: Chain, worse: Chain, observations: Sequence[Observation]
     side, fall, chance, white = 0.0, 0.0, 0.0, 0.0
     total = sum(o.count for o in observations)
     for o in observations:
-        r = o.used_residual(better)
-        left = o.used_residual(worse)
+        r, left = weighed_residual(better, o), weighed_residual(worse, o)
         d = left - r
         pieces = max(2, round(BLOCKS * o.count / total))
         side += float(np.sum(d * left))
         fall += float(np.sum(d * (left + r)))
         chance += float(sum(np.sum(piece) ** 2 for piece in np.array_split(r * d, pieces)))
-        white += float(np.sum(np.square(d))) * o.noise_v**2
+        white += float(np.sum(np.square(d)))
     error = float(np.sqrt(max(chance, white)))
     told = side if fall > 0.0 else min(side, fall)
     return told / error if error > 0.0 else 0.0
@@ -59,8 +59,13 @@ def improvement(better: Chain, worse: Chain, observations: Sequence[Observation]
 
 def would_tell(better: Chain, worse: Chain, observations: Sequence[Observation]) -> float:
     """Return by how many standard errors held-out data would side with ``better`` if it were right."""
-    changes = (o.used_residual(worse) - o.used_residual(better) for o in observations)
-    return float(np.sqrt(sum(float(d @ d) / o.noise_v**2 for d, o in zip(changes, observations, strict=True))))
+    changes = (weighed_residual(worse, o) - weighed_residual(better, o) for o in observations)
+    return float(np.sqrt(sum(float(d @ d) for d in changes)))
+
+
+def weighed_residual(chain: Chain, observation: Observation) -> Array:
+    """Return the residual of the samples that count as a fit weighs it: white, of rms one."""
+    return np.concatenate(list(observation.whitened(chain)))
 
 
 def unconfirmed(side: float, told: float, fallen: float = 0.0) -> bool:

@@ -12,6 +12,7 @@ from identify.effects.effect import Effect
 from identify.excerpts.excerpts import excerpts_of
 from identify.explain.answer import Answer
 from identify.explain.bench import Bench
+from identify.explain.carried import bare, carried, price, weighed, weighed_again
 from identify.explain.confirm import CONVINCING, adapted, improvement, unconfirmed, would_tell
 from identify.explain.everywhere import everywhere
 from identify.explain.explanation import Explanation
@@ -19,10 +20,11 @@ from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
 from identify.explain.locate import located
 from identify.explain.neighbours import resettled, settled
 from identify.explain.readings import Look, Readings, counts_another, hides_noise, loses, read, reread, suspected
+from identify.explain.round import Round
 from identify.explain.select import selected
 from identify.explain.survey import surveyed
 from identify.explain.suspect import MOST
-from identify.explain.wander import by_chance_elsewhere
+from identify.explain.wander import MOSTLY, by_chance_elsewhere, unrepeated
 from identify.explain.warrant import Warranted, warranted
 from identify.holdout import Split
 from identify.model import Model
@@ -35,6 +37,7 @@ from identify.trace import Trace, intersample_of
 MUCH = 1.0  # misfit of a plain fit from which it may be a wrong one
 
 Note = Callable[[str, float], None]
+Selected = tuple[Bench, Hypothesis, list[Round]]
 
 
 def explain(
@@ -68,18 +71,21 @@ def _explained(
     data, bench, plain = readings.data, readings.bench, readings.plain
     note("locating the mismatch", 0.1)
     seen = surveyed(bench, plain)
-    noisy = suspected(readings, look.leave_out) if look.against is None else 0.0
+    wanders = unrepeated(plain.fit.chain, bench.observations) > MOSTLY
+    beside = _selected_beside(bench, plain, note) if wanders else None
+    noisy = suspected(readings, look.leave_out) if look.against is None and beside is None else 0.0
     if noisy and selected(bench, plain, note, 1)[1].advantage(plain) < noisy:
         return _explained(model, traces, hold_out, note, replace(look, against=plain.fit.chain))
-    bench, final, rounds = selected(bench, plain, note)
+    bench, final, rounds = beside or _selected(bench, plain, note, not wanders)
     final = resettled(bench, final)
-    if look.against is None and hides_noise(readings, bench, final, look.leave_out):
+    if look.against is None and not bench.carried and hides_noise(readings, bench, final, look.leave_out):
         return _explained(model, traces, hold_out, note, replace(look, against=final.fit.chain))
     note("checking the names against free-form corrections", 0.75)
     plain = bench.fitted((rounds[0].base if rounds else plain).fit.chain, ())
     earned = warranted(bench, plain, final, rounds)
     note("confirming on held-out data", 0.9)
-    data = replace(data, test=tuple(refined(o, earned.hypothesis.fit.chain) for o in data.test))
+    test = tuple(refined(o, earned.hypothesis.fit.chain) for o in data.test)
+    data = replace(data, test=weighed(bench.carried, final.fit.chain, test) if bench.carried else test)
     kept, dropped = confirmed(bench, earned, data.test)
     reading, again = _looked_again(readings, kept, data, look)
     other = _seen_again(model, traces, hold_out, note, again) if again is not None else None
@@ -88,6 +94,39 @@ def _explained(
     note("done", 1.0)
     told = Answer(model, data, bench, plain, kept, rounds, dropped, reading, seen).explanation()
     return told if other is None or told.verdict == "explained" else other  # a second look must not see less
+
+
+def _selected(bench: Bench, plain: Hypothesis, note: Note, may_wander: bool) -> Selected:
+    """Select what is missing; beside noise in front of the gap where no law without it explains all, as well as that.
+
+    What is foretold is believed before what acts by chance.
+    """
+    found = selected(bench, plain, note)
+    final = found[1]
+    by_chance = any(effect.by_chance for effect in final.effects)
+    beside = _selected_beside(bench, plain, note) if may_wander and (final.proven > 0.0 or by_chance) else None
+    if beside is None or (not by_chance and price(*found[:2]) < price(*beside[:2])):
+        return found
+    return beside
+
+
+def _selected_beside(bench: Bench, plain: Hypothesis, note: Note) -> Selected | None:
+    """Select what is missing beside noise in front of the gap; None where that is not there.
+
+    Nor is it where the other laws explain as much without it.
+    """
+    begun = carried(bench, plain)
+    if begun is None:
+        return None
+    beside, final, rounds = selected(*begun, note)
+    if len(final.effects) > 1:
+        beside, final = weighed_again(beside, final)
+    rest = tuple(effect for effect in final.effects if effect != beside.carried)
+    without = bench.fitted(bench.with_effects(rest, final.fit.chain.values), rest)
+    if price(bench, without) < price(beside, final):
+        return None
+    bare_of_it = begun[0].without(begun[1], begun[1].effects[0])
+    return beside, final, [Round(bare_of_it, (), begun[1:]), *rounds]
 
 
 def _seen_again(
@@ -191,7 +230,7 @@ def confirmed(
         without = bench.without(hypothesis, effect)
         better, worse = adapted(hypothesis.fit.chain, test), adapted(without.fit.chain, test)
         told = would_tell(better, worse, test) / sqrt(hypothesis.swell)
-        scatters = by_chance_elsewhere(better, (effect,), bench.observations, test) > 0.0
+        scatters = by_chance_elsewhere(better, (effect,), bare(bench.observations), bare(test)) > 0.0
         side = improvement(better, worse, test)
         unseen = hypothesis.swell > 1.0 and not effect.by_chance and side < CONVINCING * sqrt(hypothesis.swell)
         if not scatters and (unseen or unconfirmed(side, told, hypothesis.fall(without))):

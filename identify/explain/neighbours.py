@@ -27,10 +27,10 @@ MOVES = 8  # times the best may move
 def settled(bench: Bench, best: Hypothesis) -> tuple[Hypothesis, tuple[Fit, ...]]:
     """Return the best fit of the same effects, and those at other places that a 95 % interval must hold.
 
-    So must it those of another form with the same numbers. Where what effects make by chance swells the noise, no fit
-    is finer than that, and intervals are widened by it.
+    So must it those of another form with the same numbers. Where what effects make by chance swells the noise, or
+    readings are weighed beside that, no fit is finer than that, and intervals are widened by it.
     """
-    if best.swell > 1.0:
+    if best.swell > 1.0 or bench.carried:
         return best, _other_forms(bench, best)
     best = bench.finely(_upright(bench, best))
     others: list[Hypothesis] = []

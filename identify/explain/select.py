@@ -33,6 +33,8 @@ def selected(
     """
     best, rounds = start, list[Round]()
     for number in range(most):
+        if bench.carried and bench.explainable(best) <= bench.rough:
+            break
         note(f"trying effects, round {number + 1}", 0.15 + 0.15 * number)
         part = ALL / (MOST_EFFECTS - number) if number else 0.0
         least = part * _explainable(bench, best) if number else 0.0
@@ -43,6 +45,8 @@ def selected(
         if number and this.best is not None and _hopeless(bench, start, this.best):
             return bench, bench.pruned(this.best), [*rounds, this]
         if number > 1 and not _belongs(start, this, part, least):  # then no exchange is likely to make it
+            this = replace(this, tried=())
+        if this.best is not None and this.base.chi2 - this.best.chi2 < bench.rough:
             this = replace(this, tried=())
         if this.best is not None:
             this = replace(this, settled=exchanged(bench, this.best, [*rounds, this], _needed(this.best, this, least)))

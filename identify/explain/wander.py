@@ -200,6 +200,15 @@ def _misfit_of_repeats(chain: Chain, observations: Sequence[Observation]) -> tup
     return 0.0, 0.0
 
 
+def changes(chain: Chain, observations: Sequence[Observation]) -> Array:
+    """Return by how much repeats differ beyond the noise, chi-squared, and of how many values, shape (1 + slow, 2).
+
+    Of single readings first, then of means over ``SLOW_S``.
+    """
+    sums = np.array([np.sum([_of_means(chain, o, s) for o in observations], axis=0) for s in (0.0, *SLOW_S)])
+    return np.stack((sums[:, 1] - sums[:, 2], sums[:, 2]), axis=1)
+
+
 def _of_means(chain: Chain, observation: Observation, means_s: float) -> Array:
     """Return the squares of means of a stretch and its repeat, those of their difference, and how many, shape (3,)."""
     size, found = max(round(means_s * observation.trace.rate_hz), 1), np.zeros(3)
@@ -215,11 +224,17 @@ def _of_means(chain: Chain, observation: Observation, means_s: float) -> Array:
 
 def _compared(chain: Chain, observation: Observation) -> Iterator[tuple[Array, Array, Mask]]:
     """Yield what is left of a stretch and of its repeat, and where the model answers both alike and both count."""
-    residual = observation.residual(chain)
-    white, answer = whitened(observation, residual), (observation.trace.y[:] - residual) / observation.noise_v
+    white = whitened(observation, observation.residual(chain))
+    for once, again, both in compared(chain, observation):
+        yield white[once], white[again], both
+
+
+def compared(chain: Chain, observation: Observation) -> Iterator[tuple[slice, slice, Mask]]:
+    """Yield where a stretch is, where its repeat is, and where the model answers both alike and both count."""
+    answer = (observation.trace.y[:] - observation.residual(chain)) / observation.noise_v
     for once, again in _repeats(observation):
         alike = np.abs(answer[once] - answer[again]) < 1.0
-        yield white[once], white[again], observation.use[once] & observation.use[again] & alike
+        yield once, again, observation.use[once] & observation.use[again] & alike
 
 
 def _repeats(observation: Observation) -> Iterator[tuple[slice, slice]]:

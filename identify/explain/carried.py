@@ -1,0 +1,165 @@
+"""Does noise in front of the gap carry w along, and how are the readings weighed beside that?
+
+What differs between repeats no law foretells. Where noise in front of the gap makes it, it has the structure that
+identify.wandering tells from two numbers, which are found as those that make the differences between repeats most
+likely: whatever else is missing from the model is the same in both and falls out of them. Weighed so, the readings show
+what the noise had hidden.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from math import log
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize
+
+from identify.blocks import Play
+from identify.chain import Chain
+from identify.colour import Colour, whitening
+from identify.effects.effect import Effect
+from identify.explain.bench import Bench
+from identify.explain.hypothesis import Hypothesis
+from identify.explain.wander import changes, compared
+from identify.fit import Pull
+from identify.observe import Observation, refined
+from identify.trace import Array, Mask
+
+SIZES = 10.0 ** np.arange(-4.5, -0.1, 0.5)  # of the gap: sd at which the search begins
+BANDS = (0.01, 0.1)  # of the sample rate: bandwidths at which it begins
+WORTH = 0.25  # share of what repeats differ by that the noise must make likelier, to be looked at closely
+LEFT = 0.02  # share of it that may still be there once the readings are weighed
+PROVEN = 6.0  # standard deviations of chance from which there is a difference
+TRIALS = 60  # of a search, at most
+SIMPLEX = np.array([[0.0, 0.0], [0.4, 0.0], [0.0, 1.0]])  # logs of size and bandwidth from which it goes
+MEAN = 25.0  # of chi-squared, that the mean must explain: chance does in one of 1e5
+SHARE = 0.02  # and of what is left: any law takes some of that
+ROUGH = 0.2  # share of what the mean explains that its law, which follows it by one number, may leave
+SURE = (0.2, 1.5)  # of the logs of size and bandwidth: the structure is that of small deviations, of one form of noise
+
+
+@dataclass(frozen=True, eq=False)
+class _Repeats:
+    """What a model leaves of one run, per noise, and what is played twice in it: samples, and which both count."""
+
+    observation: Observation
+    left: Array
+    pairs: tuple[tuple[slice, slice, Mask], ...]
+
+    def cost(self, colour: Colour) -> float:
+        """Return twice the negative log of the likelihood of their differences, but for a constant."""
+        o, white, logs = self.observation, np.zeros(self.left.size), np.zeros(self.left.size)
+        white[o.use] = whitening(colour)(self.left, o.use)
+        if colour.wander is not None:
+            logs = colour.wander.logs
+        total = 0.0
+        for once, again, both in self.pairs:
+            apart = (white[once] - white[again])[both]
+            total += 0.5 * float(apart @ apart + np.sum((logs[once] + logs[again])[both]))
+        return total
+
+
+def carried(bench: Bench, plain: Hypothesis) -> tuple[Bench, Hypothesis] | None:
+    """Return the bench whose readings are weighed beside noise in front of the gap, and its mean fitted there.
+
+    None where repeats differ by no more than the noise of the reading, or not as such noise makes them differ, or where
+    its mean is not in the readings: noise behind the gap ratchets nothing.
+    """
+    chain, seen = plain.fit.chain, bench.observations
+    laws = [law for kind in bench.kinds if kind.by_chance for law in kind.variants() if law.applicable(chain)]
+    if not laws or chain.stage_of(Play) is None or not all(o.colour.white for o in seen):
+        return None
+    before = changes(chain, seen)
+    if not np.any(before[:, 0] > PROVEN * np.sqrt(2.0 * before[:, 1])):
+        return None
+    repeats = _repeats(chain, seen)
+    begun = _begun(laws[0], chain, repeats)
+    if begun is None:
+        return None
+    found = [_weighed(bench, _with(law, law.put_in(chain, {}), begun), (law,), repeats) for law in laws]
+    beside, base = min(found, key=lambda pair: price(*pair))
+    after = changes(base.fit.chain, beside.observations)
+    if np.any(after[:, 0] > LEFT * np.maximum(before[:, 0], 0.0) + PROVEN * np.sqrt(2.0 * before[:, 1])):
+        return None
+    mean = beside.without(base, base.effects[0]).chi2 - base.chi2
+    return (replace(beside, rough=ROUGH * mean), base) if mean > MEAN + SHARE * base.proven else None
+
+
+def weighed_again(bench: Bench, final: Hypothesis) -> tuple[Bench, Hypothesis]:
+    """Return bench and hypothesis with the noise measured once more beside all else that was found."""
+    repeats = _repeats(final.fit.chain, bench.observations)
+    return _weighed(bench, final.fit.chain, final.effects, repeats)
+
+
+def price(bench: Bench, hypothesis: Hypothesis) -> float:
+    """Return twice the negative log of the likelihood, but for a constant, and the price of what was searched."""
+    volumes = (float(np.sum(o.colour.wander.logs)) for o in bench.observations if o.colour.wander is not None)
+    return hypothesis.chi2 + sum(volumes) + hypothesis.parameters * log(hypothesis.count)
+
+
+def weighed(law: Effect, chain: Chain, observations: Sequence[Observation]) -> tuple[Observation, ...]:
+    """Return observations weighed beside the noise of which a chain has the mean."""
+    return tuple(replace(o, colour=_colour(law, chain, o)) for o in observations)
+
+
+def bare(observations: Sequence[Observation]) -> tuple[Observation, ...]:
+    """Return observations weighed as if nothing wandered."""
+    return tuple(replace(o, colour=Colour()) if o.colour.wander is not None else o for o in observations)
+
+
+def _colour(law: Effect, chain: Chain, observation: Observation) -> Colour:
+    """Return how the noise of a run hangs together beside what a law carries along."""
+    return Colour(wander=law.wander(chain, observation))
+
+
+def _repeats(chain: Chain, observations: Sequence[Observation]) -> list[_Repeats]:
+    """Return what a chain leaves of every run, and what is played twice there."""
+    return [_Repeats(o, o.residual(chain) / o.noise_v, tuple(compared(chain, o))) for o in observations]
+
+
+def _with(law: Effect, chain: Chain, logs: Array) -> Chain:
+    """Return a chain with a law's numbers, from their logs."""
+    return chain.with_values({p.name: float(x) for p, x in zip(law.parameters(), np.exp(logs), strict=True)})
+
+
+def _cost(law: Effect, chain: Chain, repeats: Sequence[_Repeats]) -> Callable[[Array], float]:
+    """Return the cost of differences between repeats over the logs of a law's numbers."""
+
+    def cost(logs: Array) -> float:
+        there = _with(law, chain, logs)
+        return sum(r.cost(_colour(law, there, r.observation)) for r in repeats)
+
+    return cost
+
+
+def _begun(law: Effect, chain: Chain, repeats: Sequence[_Repeats]) -> Array | None:
+    """Return logs of size and bandwidth near the likeliest; None where none makes much of what repeats differ by."""
+    gap_v = abs(chain.values["F.D_L"] - chain.values["F.D_U"])
+    bands = [band * repeats[0].observation.trace.rate_hz for band in BANDS]
+    cost = _cost(law, law.put_in(chain, {}), repeats)
+    found = [(cost(at), at) for at in np.log([(size * gap_v, band) for size in SIZES for band in bands])]
+    least, at = min(found, key=lambda each: each[0])
+    without = sum(r.cost(Colour()) for r in repeats)
+    count = sum(int(np.count_nonzero(both)) for r in repeats for *_, both in r.pairs)
+    return at if without - least > WORTH * (without - count) else None
+
+
+def _weighed(
+    bench: Bench, chain: Chain, effects: tuple[Effect, ...], repeats: Sequence[_Repeats]
+) -> tuple[Bench, Hypothesis]:
+    """Return the bench weighed as makes what repeats differ by most likely, and the chain fitted there.
+
+    The numbers of what acts by chance are searched from those of the chain, and held near what repeats tell.
+    """
+    law = next(effect for effect in effects if effect.by_chance)
+    names = [p.name for p in law.parameters()]
+    begun = np.log([chain.values[name] for name in names])
+    options: Any = {"xatol": 0.02, "fatol": 1.0, "maxfev": TRIALS, "initial_simplex": begun + SIMPLEX}
+    found: Any = minimize(_cost(law, chain, repeats), begun, method="Nelder-Mead", options=options)
+    logs = np.asarray(found.x)
+    pull = Pull(lambda there: np.log([there.values[name] for name in names]), logs, np.array(SURE))
+    chain = _with(law, chain, logs)
+    coarsest = [replace(o, substeps=1, left_out=None) for o in bench.observations]
+    seen = tuple(refined(o, chain) for o in weighed(law, chain, coarsest))
+    beside = replace(bench, observations=seen, pull=pull, carried=law, known={}, asked={})
+    return beside, beside.fitted(chain, effects)

@@ -1,0 +1,72 @@
+"""How are readings made white whose noise is that of the reading and of something that wanders in front of a block?
+
+What wanders fades by a known factor in every step and is pushed by a known variance; a linear block passes it on. The
+innovations, reading less what all readings before foretell, are then white (R. E. Kalman, J. Basic Eng. 82 (1960) 35).
+By how much each corrects what is foretold does not depend on the readings: it is worked out once for a run.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify import innovation_kernels
+from identify.discretise import Stepper
+from identify.trace import Array, Mask
+
+System = tuple[Array, Array, Array, Array, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Wander:
+    """What wanders in one run, in units of the noise of a reading, and which readings count: shapes (N,).
+
+    In a step it fades by the factor ``keeps``, then gains the variance ``gains``; ``behind`` passes it on.
+    """
+
+    keeps: Array
+    gains: Array
+    behind: Stepper
+    use: Mask
+
+    @cached_property
+    def system(self) -> System:
+        """Return matrix, inputs, output and feed-through of what passes it on."""
+        b = self.behind
+        rows = np.array(b.rows, dtype=np.float64).reshape(b.order, b.order)
+        return rows, np.array(b.g0), np.array(b.g1), np.array(b.c), float(b.d)
+
+    @cached_property
+    def corrections(self) -> tuple[NDArray[np.float64], Array]:
+        """Return how much an innovation corrects every state, (N, m), and its sd in noises, (N,), 0 where none is."""
+        pulls, sizes = np.zeros((self.use.size, self.behind.order + 1)), np.zeros(self.use.size)
+        innovation_kernels.filtered(self.keeps, self.gains, *self.system, self.use, pulls, sizes)
+        return pulls, sizes
+
+    @cached_property
+    def logs(self) -> Array:
+        """Return what every reading adds to twice the negative log of a likelihood beside its square, (N,)."""
+        sizes = self.corrections[1]
+        return 2.0 * np.log(np.where(sizes > 0.0, sizes, 1.0))
+
+
+def innovations(wander: Wander) -> Callable[[NDArray[np.float64], Mask], NDArray[np.float64]]:
+    """Return the filter at work from the first reading on, chunk by chunk.
+
+    Values (n, ...) per noise, and which of them are in use, become those in use, white.
+    """
+    (pulls, sizes), at, state = wander.corrections, 0, np.zeros((0, 0))
+
+    def run(values: NDArray[np.float64], use: Mask) -> NDArray[np.float64]:
+        nonlocal at, state
+        wide = np.ascontiguousarray(values.reshape(values.shape[0], -1))
+        if state.shape[1] != wide.shape[1]:
+            state = np.zeros((pulls.shape[1], wide.shape[1]))
+        here, white = slice(at, at + wide.shape[0]), np.empty_like(wide)
+        innovation_kernels.followed(wander.keeps[here], *wander.system, pulls[here], sizes[here], wide, state, white)
+        at = here.stop
+        return np.asarray(white.reshape(values.shape)[use])
+
+    return run

@@ -1,0 +1,68 @@
+"""How does w wander about its mean where noise in front of the gap carries it along?
+
+The mean of w (identify.ratchet) is a law; what one course of the noise makes of it beside that is not, and may be a
+hundred times the noise of a reading. It has a structure, though. Where a border rests or runs within reach of w, w is
+pushed now and then: from a height h above it the mean gain in a step is g(h), the chance of a push is p = -g'(h), and
+pushes are nearly exponential, as what normal noise exceeds a high level by is, of mean g / p. To first order the
+deviation of w from its mean thus fades with p and is pushed by 2 g^2 / p in variance in a step; away from both borders
+it stays as it is.
+"""
+
+import numpy as np
+
+from identify.blocks import LinearBlock
+from identify.chain import Chain, grid_of, signals
+from identify.innovations import Wander
+from identify.observe import Observation
+from identify.ratchet import HIGHEST, PER_Z, Kind, gains
+from identify.stage import Grid, Place, Ramp
+from identify.trace import Array
+
+FADES = 6.0 / np.pi**2  # times p: so that it scatters as the highest of many does (E. J. Gumbel, 1958), not less
+FORGETS: dict[Kind, float] = {"low-pass": 1.0, "white": 2.0}  # in its unit of time: no quicker than the noise itself
+NEVER = 1e-9  # chance of a push in a step below which there is none
+
+
+def wander_of(chain: Chain, observation: Observation, sd_v: float, kind: Kind, bandwidth_hz: float) -> Wander:
+    """Return how w wanders in a run by noise in front of the gap, sd in V and bandwidth in Hz, of which a chain has
+    the mean.
+
+    Raises ValueError where the chain cannot be simulated.
+    """
+    o = observation
+    grid, passed = grid_of(o.trace), signals(chain, o.trace)
+    v, w = passed[chain.index(Place.G1) - 1], passed[chain.index(Place.F) - 1]
+    renewed = (1.0 if kind == "white" else 2.0 * np.pi) * bandwidth_hz * grid.step_s
+    table, memory = gains(kind, renewed), float(np.exp(-FORGETS[kind] * renewed))
+    before = np.concatenate((w[:1], w[:-1]))
+    s_l, d_l, s_u, d_u = (chain.values[f"F.{name}"] for name in ("S_L", "D_L", "S_U", "D_U"))
+    sizes = abs(s_l) * sd_v, abs(s_u) * sd_v
+    keep_l, gain_l = _pushed((before - s_l * (v - d_l)) / sizes[0], table, memory)
+    keep_u, gain_u = _pushed((s_u * (v - d_u) - before) / sizes[1], table, memory)
+    gained = (sizes[0] ** 2 * gain_l + sizes[1] ** 2 * gain_u) / o.noise_v**2
+    return _behind(chain, grid, keep_l * keep_u, gained, o)
+
+
+def _pushed(height: Array, table: Array, memory: float) -> tuple[Array, Array]:
+    """Return the factor by which a deviation fades in a step, and the variance it gains, sd^2, from heights in sd.
+
+    A border that has passed w takes it along: it then wanders as the noise itself does.
+    """
+    at = np.clip(height, 0.0, HIGHEST) * PER_Z
+    i = np.minimum(at.astype(np.int64), table.size - 2)
+    slope = table[i + 1] - table[i]
+    gained, chance = (table[i] + (at - i) * slope) / PER_Z, np.clip(-slope, 0.0, 1.0)
+    reached = (height < HIGHEST) & (chance > NEVER)
+    keeps = np.where(reached, np.maximum(1.0 - FADES * chance, memory), 1.0)
+    pushed = np.minimum(2.0 * np.square(gained) / np.maximum(chance, NEVER), 1.0 - np.square(keeps))
+    return keeps, np.where(reached, pushed, 0.0)
+
+
+def _behind(chain: Chain, grid: Grid, keeps: Array, gained: Array, observation: Observation) -> Wander:
+    """Return what wanders in front of G2, as late as G2 is by whole steps."""
+    block = next(s for s in chain.stages if isinstance(s, LinearBlock) and s.place is Place.G2)
+    values = chain.of(block, grid.run)
+    late, _ = block.late(values, grid)
+    keeps = np.concatenate((np.ones(late), keeps))[: keeps.size]
+    gained = np.concatenate((np.zeros(late), gained))[: gained.size]
+    return Wander(keeps, gained, block.stepper(values, grid, Ramp()), observation.use)
