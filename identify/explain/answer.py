@@ -11,7 +11,7 @@ from identify.delay import device_doubt_s
 from identify.effects import physics_in, would_separate
 from identify.effects.effect import Effect, short
 from identify.explain.bench import Bench
-from identify.explain.carried import bare
+from identify.explain.carried import bare, left_by_chance, rougher
 from identify.explain.confirm import CONVINCING, adapted, held_out_rms, most_believed, would_tell
 from identify.explain.explanation import (
     Explanation,
@@ -36,7 +36,6 @@ from identify.explain.round import Round
 from identify.explain.shape import shape_of
 from identify.explain.survey import StageShare
 from identify.explain.unvisited import stage_beyond, told_beyond, unvisited
-from identify.explain.wander import by_chance_elsewhere
 from identify.explain.warrant import Warranted
 from identify.explain.where import acting, profile
 from identify.fit import Fit
@@ -75,21 +74,13 @@ class Answer:
         chain = adapted(self.better.fit.chain, data.test)
         self.named_v = held_out_rms(chain, data.test)
         self.named_over = pooled_rms(left for o in bare(data.test) for left in o.whitened(chain))
-        self.by_chance = self._by_chance(chain)
+        self.by_chance = left_by_chance(bench, self.better.effects, chain, data.test)
         self.blemished = bool(readings.found) and not self.better.effects
         asked = self.named_over > TO_THE_NOISE or self.blemished
         self.proof = proven(bench, self.beyond, data.test) if asked else None
         self.after_v = self.proof.held_out_v if self.proof else self.named_v
         self.improved = self.proof.hypothesis if self.proof else self.better
         self.unvisited = self._unvisited()
-
-    def _by_chance(self, chain: Chain) -> float:
-        """Return what the named effects add by chance to the variance left on held-out data, over that of the noise."""
-        if self.bench.carried in self.better.effects:
-            white = pooled_rms(left for o in self.data.test for left in o.whitened(chain))
-            return max(self.named_over**2 - white**2, 0.0)
-        made = by_chance_elsewhere(chain, self.better.effects, self.bench.observations, self.data.test)
-        return made / sum(o.count for o in self.data.test)
 
     def _unvisited(self) -> Range | None:
         """Return where held-out runs leave more than noise because no run that was fitted has been there."""
@@ -163,8 +154,7 @@ class Answer:
     def parameters(self, effect: Effect) -> dict[str, tuple[Interval, str]]:
         """Return an effect's shared parameters with intervals and units, by short name."""
         found = {}
-        rough = self.bench.rough if effect == self.bench.carried else 0.0
-        wider = self.inflation * sqrt(1.0 + rough / 1.96**2)  # as far as chi-squared rises by that, too
+        wider = self.inflation * rougher(self.bench, effect)
         for p in effect.parameters():
             if not p.local:
                 interval = spanning(p.name, wider, self.better.fit, self.elsewhere)

@@ -16,7 +16,7 @@ from identify.candidates import Candidate, candidates
 from identify.chain import Chain
 from identify.effects.effect import Effect
 from identify.evidence import Evidence
-from identify.explain.chance import as_large, scatters_more
+from identify.explain.chance import Carried, as_large, scatters_more
 from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
 from identify.explain.promise import Promise, promised, together
 from identify.explain.round import (
@@ -32,7 +32,7 @@ from identify.explain.round import (
 )
 from identify.explain.suspect import Suspect, explainable, suspects
 from identify.explain.wander import MOSTLY, sizing, unrepeated, without_chance
-from identify.fit import Fit, Pull, chi_squared, fit
+from identify.fit import Fit, chi_squared, fit
 from identify.observe import Observation, refined
 from identify.phases import angles_of, scanned
 from identify.stepping import alike, coarsened
@@ -56,8 +56,7 @@ TURNS = 4  # times phases are looked for anew once the rest has moved
 class Bench:
     """The data, how well the variance of their noise is known, and the plain chain all hypotheses are built on.
 
-    Where the data are weighed beside what a law ``carried`` along, a ``pull`` holds its numbers near what tells them,
-    and a fall of chi-squared up to ``rough`` may be made by its being rough.
+    The data may be weighed beside what a law ``carried`` along by chance.
     """
 
     plain: Chain
@@ -67,14 +66,17 @@ class Bench:
     known: dict[tuple[Effect, ...], Hypothesis] = field(default_factory=dict)
     noise_known: float = NOISE_KNOWN
     asked: dict[int, tuple[Hypothesis, list[Suspect]]] = field(default_factory=dict)
-    carried: Effect | None = None
-    pull: Pull | None = None
-    rough: float = 0.0
+    carried: Carried | None = None
 
     @property
     def surprise(self) -> float:
         """Return the log of the odds, before any data, against one law being there: any of the catalogue might be."""
         return log(max(len(self.kinds), 1))
+
+    @property
+    def rough(self) -> float:
+        """Return by how much chi-squared may fall because the data are weighed beside a law that is known roughly."""
+        return self.carried.rough if self.carried else 0.0
 
     def fitted(self, chain: Chain, effects: Sequence[Effect], iterations: int = ITERATIONS) -> Hypothesis:
         """Fit a chain from its own values, with the priors of the plain parameters at the rig file's.
@@ -108,8 +110,8 @@ class Bench:
             fit, observations=seen, centre=self.plain.values, fixed=self.fixed, iterations=iterations, valleys=False,
             enough=enough, rougher=ROUGHER if enough else 1,
         )  # fmt: skip
-        if self.carried in effects:
-            return search(chain, pull=self.pull)
+        if self.carried and self.carried.law in effects:
+            return search(chain, pull=self.carried.pull)
         found = search(chain, pull=sizing(chain, effects, seen))
         pull = sizing(found.chain, effects, seen)
         return search(found.chain, pull=pull) if pull else found
@@ -139,8 +141,7 @@ class Bench:
     def suspects(self, base: Hypothesis) -> list[Suspect]:
         """Return what every correction of free form promises on top of a hypothesis; asked again, it is remembered."""
         if id(base) not in self.asked:
-            found = suspects(self.evidence(base))
-            self.asked[id(base)] = base, [s for s in found if s.gain > self.rough]
+            self.asked[id(base)] = base, [s for s in suspects(self.evidence(base)) if s.gain > self.rough]
         return self.asked[id(base)][1]
 
     def explainable(self, base: Hypothesis) -> float:
@@ -183,6 +184,7 @@ class Bench:
             starts = [Promise(c, self._begun(base, c, wanders), c.gain) for c in left]
             tried = [*tried, *self.raced(base, starts)]
         fitted = [h for h in (*tried, *self.fuller(base, tried)) if self.possible(h)]
+        fitted = [h for h in fitted if base.chi2 - h.chi2 >= self.rough] if self.rough else fitted
         pairs = () if left_over < self.noise_known else together(evidence, hopes)
         return Round(base, tuple(screened), ranked(base, fitted), None, passed_over(hopes, worth), pairs)
 
@@ -276,25 +278,6 @@ class Bench:
             if found.chi2 > before.chi2 - DECISIVE:
                 return min((before, found), key=lambda h: h.chi2)
         return found
-
-    def pruned(self, hypothesis: Hypothesis) -> Hypothesis:
-        """Drop effects that no longer pay for themselves and for all laws tried, the weakest first."""
-        while len(hypothesis.effects) > 1:
-            without = [self.without(hypothesis, effect) for effect in hypothesis.effects if effect != self.carried]
-            best = max(without, key=lambda h: h.advantage(hypothesis))
-            if best.advantage(hypothesis) < -2.0 * self.surprise:
-                break
-            hypothesis = best
-        return self.simplified(hypothesis)
-
-    def simplified(self, hypothesis: Hypothesis) -> Hypothesis:
-        """Take simpler forms of effects, with fewer parameters, where the others do not pay."""
-        for effect in hypothesis.effects:
-            found = [self.reformed(hypothesis, effect, simpler) for simpler in effect.simpler()]
-            best = max(found, key=lambda h: h.advantage(hypothesis), default=hypothesis)
-            if best.advantage(hypothesis) > 0.0:
-                return self.simplified(best)
-        return hypothesis
 
     def without(self, hypothesis: Hypothesis, effect: Effect) -> Hypothesis:
         """Fit ``hypothesis`` less one effect; what was fitted before on these data is remembered."""

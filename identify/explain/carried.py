@@ -8,7 +8,7 @@ what the noise had hidden.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from math import log
+from math import log, sqrt
 from typing import Any
 
 import numpy as np
@@ -19,10 +19,11 @@ from identify.chain import Chain
 from identify.colour import Colour, whitening
 from identify.effects.effect import Effect
 from identify.explain.bench import Bench
+from identify.explain.chance import Carried
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.wander import changes, compared
+from identify.explain.wander import by_chance_elsewhere, changes, compared
 from identify.fit import Pull
-from identify.observe import Observation, refined
+from identify.observe import Observation, pooled_rms, refined
 from identify.trace import Array, Mask
 
 SIZES = 10.0 ** np.arange(-4.5, -0.1, 0.5)  # of the gap: sd at which the search begins
@@ -82,13 +83,36 @@ def carried(bench: Bench, plain: Hypothesis) -> tuple[Bench, Hypothesis] | None:
     if np.any(after[:, 0] > LEFT * np.maximum(before[:, 0], 0.0) + PROVEN * np.sqrt(2.0 * before[:, 1])):
         return None
     mean = beside.without(base, base.effects[0]).chi2 - base.chi2
-    return (replace(beside, rough=ROUGH * mean), base) if mean > MEAN + SHARE * base.proven else None
+    known = Carried(base.effects[0], beside.carried.pull, ROUGH * mean) if beside.carried else None
+    return (replace(beside, carried=known), base) if mean > MEAN + SHARE * base.proven else None
 
 
 def weighed_again(bench: Bench, final: Hypothesis) -> tuple[Bench, Hypothesis]:
     """Return bench and hypothesis with the noise measured once more beside all else that was found."""
     repeats = _repeats(final.fit.chain, bench.observations)
-    return _weighed(bench, final.fit.chain, final.effects, repeats)
+    again, found = _weighed(bench, final.fit.chain, final.effects, repeats)
+    assert bench.carried is not None
+    assert again.carried is not None
+    return replace(again, carried=replace(again.carried, rough=bench.carried.rough)), found
+
+
+def left_by_chance(bench: Bench, effects: Sequence[Effect], chain: Chain, held_out: Sequence[Observation]) -> float:
+    """Return what named effects add by chance to the variance left on held-out data, over that of the noise."""
+    if bench.carried is None or bench.carried.law not in effects:
+        made = by_chance_elsewhere(chain, effects, bare(bench.observations), bare(held_out))
+        return made / sum(o.count for o in held_out)
+    left = [pooled_rms(white for o in seen for white in o.whitened(chain)) for seen in (bare(held_out), held_out)]
+    return max(left[0] ** 2 - left[1] ** 2, 0.0)
+
+
+def rougher(bench: Bench, effect: Effect) -> float:
+    """Return by how much the interval of a value widens where its law's mean is rough.
+
+    It holds all values with which chi-squared rises by no more than that, beside what chance makes.
+    """
+    if bench.carried is None or effect != bench.carried.law:
+        return 1.0
+    return sqrt(1.0 + bench.carried.rough / 1.96**2)
 
 
 def price(bench: Bench, hypothesis: Hypothesis) -> float:
@@ -100,6 +124,11 @@ def price(bench: Bench, hypothesis: Hypothesis) -> float:
 def weighed(law: Effect, chain: Chain, observations: Sequence[Observation]) -> tuple[Observation, ...]:
     """Return observations weighed beside the noise of which a chain has the mean."""
     return tuple(replace(o, colour=_colour(law, chain, o)) for o in observations)
+
+
+def alike_weighed(bench: Bench, chain: Chain, observations: Sequence[Observation]) -> tuple[Observation, ...]:
+    """Return observations weighed as those of a bench are, by a chain that has what that weighs beside."""
+    return weighed(bench.carried.law, chain, observations) if bench.carried else tuple(observations)
 
 
 def bare(observations: Sequence[Observation]) -> tuple[Observation, ...]:
@@ -161,5 +190,5 @@ def _weighed(
     chain = _with(law, chain, logs)
     coarsest = [replace(o, substeps=1, left_out=None) for o in bench.observations]
     seen = tuple(refined(o, chain) for o in weighed(law, chain, coarsest))
-    beside = replace(bench, observations=seen, pull=pull, carried=law, known={}, asked={})
+    beside = replace(bench, observations=seen, carried=Carried(law, pull), known={}, asked={})
     return beside, beside.fitted(chain, effects)

@@ -12,7 +12,8 @@ from identify.effects.effect import Effect
 from identify.excerpts.excerpts import excerpts_of
 from identify.explain.answer import Answer
 from identify.explain.bench import Bench
-from identify.explain.carried import bare, carried, price, weighed, weighed_again
+from identify.explain.beside import Selected, selected_beside, selected_either
+from identify.explain.carried import alike_weighed, bare
 from identify.explain.confirm import CONVINCING, adapted, improvement, unconfirmed, would_tell
 from identify.explain.everywhere import everywhere
 from identify.explain.explanation import Explanation
@@ -20,7 +21,6 @@ from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
 from identify.explain.locate import located
 from identify.explain.neighbours import resettled, settled
 from identify.explain.readings import Look, Readings, counts_another, hides_noise, loses, read, reread, suspected
-from identify.explain.round import Round
 from identify.explain.select import selected
 from identify.explain.survey import surveyed
 from identify.explain.suspect import MOST
@@ -37,7 +37,6 @@ from identify.trace import Trace, intersample_of
 MUCH = 1.0  # misfit of a plain fit from which it may be a wrong one
 
 Note = Callable[[str, float], None]
-Selected = tuple[Bench, Hypothesis, list[Round]]
 
 
 def explain(
@@ -71,21 +70,16 @@ def _explained(
     data, bench, plain = readings.data, readings.bench, readings.plain
     note("locating the mismatch", 0.1)
     seen = surveyed(bench, plain)
-    wanders = unrepeated(plain.fit.chain, bench.observations) > MOSTLY
-    beside = _selected_beside(bench, plain, note) if wanders else None
-    noisy = suspected(readings, look.leave_out) if look.against is None and beside is None else 0.0
-    if noisy and selected(bench, plain, note, 1)[1].advantage(plain) < noisy:
-        return _explained(model, traces, hold_out, note, replace(look, against=plain.fit.chain))
-    bench, final, rounds = beside or _selected(bench, plain, note, not wanders)
-    final = resettled(bench, final)
-    if look.against is None and not bench.carried and hides_noise(readings, bench, final, look.leave_out):
-        return _explained(model, traces, hold_out, note, replace(look, against=final.fit.chain))
+    found = _found(readings, note, look)
+    if isinstance(found, Chain):
+        return _explained(model, traces, hold_out, note, replace(look, against=found))
+    bench, final, rounds = found
     note("checking the names against free-form corrections", 0.75)
     plain = bench.fitted((rounds[0].base if rounds else plain).fit.chain, ())
     earned = warranted(bench, plain, final, rounds)
     note("confirming on held-out data", 0.9)
-    test = tuple(refined(o, earned.hypothesis.fit.chain) for o in data.test)
-    data = replace(data, test=weighed(bench.carried, final.fit.chain, test) if bench.carried else test)
+    test = alike_weighed(bench, final.fit.chain, data.test)
+    data = replace(data, test=tuple(refined(o, earned.hypothesis.fit.chain) for o in test))
     kept, dropped = confirmed(bench, earned, data.test)
     reading, again = _looked_again(readings, kept, data, look)
     other = _seen_again(model, traces, hold_out, note, again) if again is not None else None
@@ -96,37 +90,22 @@ def _explained(
     return told if other is None or told.verdict == "explained" else other  # a second look must not see less
 
 
-def _selected(bench: Bench, plain: Hypothesis, note: Note, may_wander: bool) -> Selected:
-    """Select what is missing; beside noise in front of the gap where no law without it explains all, as well as that.
+def _found(readings: Readings, note: Note, look: Look) -> Selected | Chain:
+    """Select what is missing; or return the chain against which readings are to be looked at first.
 
-    What is foretold is believed before what acts by chance.
+    They are where what it leaves is coloured noise.
     """
-    found = selected(bench, plain, note)
-    final = found[1]
-    by_chance = any(effect.by_chance for effect in final.effects)
-    beside = _selected_beside(bench, plain, note) if may_wander and (final.proven > 0.0 or by_chance) else None
-    if beside is None or (not by_chance and price(*found[:2]) < price(*beside[:2])):
-        return found
-    return beside
-
-
-def _selected_beside(bench: Bench, plain: Hypothesis, note: Note) -> Selected | None:
-    """Select what is missing beside noise in front of the gap; None where that is not there.
-
-    Nor is it where the other laws explain as much without it.
-    """
-    begun = carried(bench, plain)
-    if begun is None:
-        return None
-    beside, final, rounds = selected(*begun, note)
-    if len(final.effects) > 1:
-        beside, final = weighed_again(beside, final)
-    rest = tuple(effect for effect in final.effects if effect != beside.carried)
-    without = bench.fitted(bench.with_effects(rest, final.fit.chain.values), rest)
-    if price(bench, without) < price(beside, final):
-        return None
-    bare_of_it = begun[0].without(begun[1], begun[1].effects[0])
-    return beside, final, [Round(bare_of_it, (), begun[1:]), *rounds]
+    bench, plain = readings.bench, readings.plain
+    wanders = unrepeated(plain.fit.chain, bench.observations) > MOSTLY
+    beside = selected_beside(bench, plain, note) if wanders else None
+    noisy = suspected(readings, look.leave_out) if look.against is None and beside is None else 0.0
+    if noisy and selected(bench, plain, note, 1)[1].advantage(plain) < noisy:
+        return plain.fit.chain
+    bench, final, rounds = beside or selected_either(bench, plain, note, not wanders)
+    final = resettled(bench, final)
+    if look.against is None and not bench.carried and hides_noise(readings, bench, final, look.leave_out):
+        return final.fit.chain
+    return bench, final, rounds
 
 
 def _seen_again(

@@ -12,6 +12,7 @@ from identify.explain.decide import decided
 from identify.explain.exchange import exchanged
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import located
+from identify.explain.prune import pruned
 from identify.explain.round import WHOLE, Round, counts
 from identify.explain.suspect import MOST
 from identify.explain.wander import all_wanders
@@ -33,8 +34,6 @@ def selected(
     """
     best, rounds = start, list[Round]()
     for number in range(most):
-        if bench.carried and bench.explainable(best) <= bench.rough:
-            break
         note(f"trying effects, round {number + 1}", 0.15 + 0.15 * number)
         part = ALL / (MOST_EFFECTS - number) if number else 0.0
         least = part * _explainable(bench, best) if number else 0.0
@@ -43,10 +42,8 @@ def selected(
         if plain is not None:
             start, best, (bench, this) = plain, plain, decided(bench, bench.round(plain))
         if number and this.best is not None and _hopeless(bench, start, this.best):
-            return bench, bench.pruned(this.best), [*rounds, this]
+            return bench, pruned(bench, this.best), [*rounds, this]
         if number > 1 and not _belongs(start, this, part, least):  # then no exchange is likely to make it
-            this = replace(this, tried=())
-        if this.best is not None and this.base.chi2 - this.best.chi2 < bench.rough:
             this = replace(this, tried=())
         if this.best is not None:
             this = replace(this, settled=exchanged(bench, this.best, [*rounds, this], _needed(this.best, this, least)))
@@ -61,7 +58,7 @@ def selected(
         bench = finer
         if all_wanders(best, bench.observations) and not best.proven:
             break
-    return bench, bench.pruned(best), rounds
+    return bench, pruned(bench, best), rounds
 
 
 def _unended(bench: Bench, this: Round) -> Hypothesis | None:

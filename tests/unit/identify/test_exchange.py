@@ -10,6 +10,7 @@ from identify.explain.bench import Bench
 from identify.explain.exchange import LAPS, crossed, exchanged, plainer, swapped
 from identify.explain.locate import Located
 from identify.explain.promise import promised, together
+from identify.explain.prune import pruned
 from identify.explain.rivals import odds
 from identify.explain.round import WHOLE, Round, counts
 from identify.stage import Place
@@ -162,7 +163,7 @@ def test_what_chance_would_make_with_one_law_of_many_is_weighed_against_nothing_
     for gain, kept, least, most in ((7.0, False, 0.0, 0.5), (60.0, True, 0.85, 1.0)):
         tilted.known[(TILT,)] = replace(alone, chi2=final.chi2 + gain)
         rounds = [Round(base, (), (alone,)), Round(alone, (), (final,))]
-        assert len(tilted.pruned(final).effects) == 1 + kept
+        assert len(pruned(tilted, final).effects) == 1 + kept
         probability, _ = odds(tilted, final, BYPASS, rounds, Located(final, (), 1.0))
         assert least < probability < most
     tilted.known.clear()

@@ -16,6 +16,7 @@ from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located
 from identify.explain.neighbours import resettled
 from identify.explain.promise import Promise
+from identify.explain.prune import simplified
 from identify.explain.rivals import odds
 from identify.explain.round import Round, lagging, outdone, ranked, unforeseen
 from identify.explain.select import _belongs, _explainable, _hopeless, selected
@@ -471,7 +472,7 @@ def test_a_limit_that_is_not_met_is_let_go(side):
     bench = Bench(chain_of(model_of(OP_AMP)), (observed(trace, NOISE_V),), (), tuple(catalogue().values()))
     both = catalogue()["saturation"](Place.F, "both")
     values = {"saturation.upper": 13.9, "saturation.lower": -17.9} | {f"saturation.{side}": rails[side]}
-    found = bench.simplified(bench.fitted(bench.with_effects((both,), values), (both,)))
+    found = simplified(bench, bench.fitted(bench.with_effects((both,), values), (both,)))
     assert [effect.form for effect in found.effects] == [side]
     assert found.fit.chain.values[f"saturation.{side}"] == pytest.approx(rails[side], abs=0.02)
 

@@ -1,0 +1,49 @@
+"""What is missing from the model beside noise in front of the gap, and is that noise there at all?"""
+
+from collections.abc import Callable
+
+from identify.explain.bench import Bench
+from identify.explain.carried import carried, price, weighed_again
+from identify.explain.hypothesis import Hypothesis
+from identify.explain.round import Round
+from identify.explain.select import MOST_EFFECTS, selected
+
+Note = Callable[[str, float], None]
+Selected = tuple[Bench, Hypothesis, list[Round]]
+
+
+def selected_either(bench: Bench, plain: Hypothesis, note: Note, may_wander: bool) -> Selected:
+    """Select what is missing; beside noise in front of the gap where no law without it explains all, as well as that.
+
+    What is foretold is believed before what acts by chance.
+    """
+    found = selected(bench, plain, note)
+    final = found[1]
+    by_chance = any(effect.by_chance for effect in final.effects)
+    beside = selected_beside(bench, plain, note) if may_wander and (final.proven > 0.0 or by_chance) else None
+    if beside is None or (not by_chance and price(*found[:2]) < price(*beside[:2])):
+        return found
+    return beside
+
+
+def selected_beside(bench: Bench, plain: Hypothesis, note: Note) -> Selected | None:
+    """Select what is missing beside noise in front of the gap; None where that is not there.
+
+    Nor is it where the other laws explain as much without it, alone or with one that foretells what it makes by chance:
+    a line at v, whose phase is another in every repeat, shakes the borders, too.
+    """
+    begun = carried(bench, plain)
+    if begun is None:
+        return None
+    more = begun[0].explainable(begun[1]) > begun[0].rough
+    beside, final, rounds = selected(*begun, note, MOST_EFFECTS - 1) if more else (*begun, [])
+    if len(final.effects) > 1:
+        beside, final = weighed_again(beside, final)
+    law = begun[1].effects[0]
+    rest = tuple(effect for effect in final.effects if effect != law)
+    without = bench.fitted(bench.with_effects(rest, final.fit.chain.values), rest)
+    foretold = [h for h in bench.round(without).tried if not h.effects[-1].by_chance]
+    if any(price(bench, h) < price(beside, final) for h in (without, *foretold)):
+        return None
+    bare_of_it = begun[0].without(begun[1], law)
+    return beside, final, [Round(bare_of_it, (), begun[1:]), *rounds]

@@ -1,0 +1,160 @@
+"""Is noise in front of the gap found in what repeats differ by, measured, and the rest seen beside it?"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identify.effects import catalogue
+from identify.explain.beside import selected_beside, selected_either
+from identify.explain.carried import alike_weighed, bare, carried, left_by_chance, price, rougher, weighed_again
+from identify.explain.explain import explain, prepared
+from identify.explain.wander import changes
+from identify.holdout import split
+from identify.observe import pooled_rms
+from identify.stage import Place
+from identify.trace import Step
+from identify.wandering import wander_of
+from tests.proof.cases import Concealed
+from tests.proof.rigs import OP_AMP
+from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
+from tests.trials import model_of, observed, recorded
+
+NOISE_V, SD_V, BANDWIDTH_HZ = 0.002, 0.02, 300.0
+NOISY = Concealed("process_noise", {"sd": SD_V, "bandwidth": BANDWIDTH_HZ})
+TILTED = Concealed("plateau_tilt", {"k": 0.003})
+STIMULI = (staircase("walk", FIG13_LEVELS_V, 0.02), sine("wave", 10.0, 3.0, 2, 6), sine("fast", 40.0, 3.0, 4, 6))
+LAW = catalogue()["process_noise"](Place.G1, "white")
+
+
+def quiet(sentence: str, share: float) -> None:
+    """Show nothing."""
+
+
+def runs(*physics):
+    """Return recordings whose steps are marked as repeats."""
+    found = []
+    for seed, stimulus in enumerate(STIMULI):
+        steps = tuple(Step(s.label, s.kind, s.start, s.stop, s.repeat) for s in stimulus.segments)
+        found.append(replace(recorded(OP_AMP, stimulus, physics, NOISE_V, seed), steps=steps))
+    return found
+
+
+def begun(*physics):
+    """Return the bench of hypotheses, the fitted plain model, and the data."""
+    data = split(model_of(OP_AMP), runs(*physics), ())
+    return *prepared(model_of(OP_AMP), data), data
+
+
+@pytest.fixture(scope="module")
+def noisy():
+    """Return bench and plain model where there is noise in front of the gap, and the data."""
+    return begun(NOISY)
+
+
+@pytest.fixture(scope="module")
+def beside(noisy):
+    """Return what is found of it."""
+    return carried(*noisy[:2])
+
+
+def test_noise_in_front_of_the_gap_is_measured_by_what_repeats_differ_by(noisy, beside):
+    bench, plain, _ = noisy
+    weighed_bench, base = beside
+    before, after = changes(plain.fit.chain, bench.observations), changes(base.fit.chain, weighed_bench.observations)
+    assert before[0, 0] > 20.0 * before[0, 1] ** 0.5
+    assert after[0, 0] < 0.02 * before[0, 0]
+    assert base.effects[0].id == "process_noise"
+    assert base.misfit < 0.1 < plain.misfit
+    values = base.fit.chain.values
+    assert abs(np.log(values["process_noise.sd"] / SD_V)) < 0.5
+    assert price(*beside) < price(bench, plain)
+
+
+def test_the_weights_hold_for_runs_that_were_not_fitted(noisy, beside):
+    unseen = observed(recorded(OP_AMP, staircase("other", FIG13_LEVELS_V[::-1], 0.03), (NOISY,), NOISE_V, 99), NOISE_V)
+    chain = beside[1].fit.chain
+    (it,) = alike_weighed(beside[0], chain, [unseen])
+    raw, white = (pooled_rms(o.whitened(chain)) for o in (unseen, it))
+    assert raw > 1.5
+    assert 0.8 < white < 1.15
+    assert bare([it])[0].colour.white
+    assert alike_weighed(noisy[0], chain, [unseen]) == (unseen,)
+
+
+def test_what_named_noise_makes_by_chance_is_what_the_weights_take_away(noisy, beside):
+    bench, base = beside
+    chain = base.fit.chain
+    made = left_by_chance(bench, base.effects, chain, bench.observations)
+    both = bare(bench.observations), bench.observations
+    raw, white = (pooled_rms(left for o in seen for left in o.whitened(chain)) for seen in both)
+    assert made == pytest.approx(raw**2 - white**2)
+    assert left_by_chance(bench, (), chain, bench.observations) == 0.0
+    assert left_by_chance(noisy[0], (), chain, noisy[0].observations) == 0.0
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        (),
+        (Concealed("hum at G1", {"frequency": 60.12, "amplitude": 0.05, "third": 0.01, "fifth": 0.0}),),
+        (Concealed("hum at sense", {"frequency": 49.9, "second": 0.01, "fourth": 0.005}),),
+        (Concealed("offset_drift", {"rate": 0.02}),),
+        (Concealed("lost_contact", {"rate": 3.0, "length": 0.003}),),
+        (Concealed("telegraph", {"rate": 3.0, "size": 0.02}),),
+    ],
+    ids=["nothing", "hum at v", "hum", "drift", "lost contact", "telegraph"],
+)
+def test_nothing_else_that_differs_from_repeat_to_repeat_is_taken_for_it(other):
+    bench, plain, _ = begun(*other)
+    assert selected_beside(bench, plain, quiet) is None
+
+
+def test_physics_that_the_noise_had_hidden_is_found_beside_it():
+    answer = explain(model_of(OP_AMP), runs(NOISY, TILTED))
+    assert [effect.id for effect in answer.effects] == ["process_noise", "plateau_tilt"]
+    noise, tilt = answer.effects
+    assert noise.parameters["sd"][0].low < SD_V < noise.parameters["sd"][0].high
+    assert tilt.parameters["k"][0].low < 0.003 < tilt.parameters["k"][0].high
+    assert min(noise.probability, tilt.probability) > 0.9
+
+
+def test_noise_is_measured_again_beside_what_else_is_found(beside):
+    bench, base = beside
+    again, found = weighed_again(bench, base)
+    assert again.carried.rough == bench.carried.rough > 0.0
+    assert found.effects == base.effects
+    sizes = [h.fit.chain.values["process_noise.sd"] for h in (base, found)]
+    assert sizes[1] == pytest.approx(sizes[0], rel=0.2)
+
+
+def test_intervals_of_the_noise_hold_what_its_rough_law_may_be_off_by(noisy, beside):
+    bench, base = beside
+    assert rougher(bench, base.effects[0]) == pytest.approx((1.0 + bench.carried.rough / 1.96**2) ** 0.5)
+    assert rougher(bench, catalogue()["plateau_tilt"](Place.F)) == 1.0
+    assert rougher(noisy[0], base.effects[0]) == 1.0
+
+
+def test_what_is_foretold_is_believed_before_chance(noisy, monkeypatch):
+    bench, plain, _ = noisy
+    found = (bench, plain, [])
+    monkeypatch.setattr("identify.explain.beside.selected", lambda *asked: found)
+    assert selected_either(bench, plain, quiet, may_wander=False) is found
+    explained = replace(plain, chi2=float(plain.count))
+    monkeypatch.setattr("identify.explain.beside.selected", lambda *asked: (bench, explained, []))
+    monkeypatch.setattr("identify.explain.beside.carried", lambda *asked: pytest.fail("nothing is left to explain"))
+    assert selected_either(bench, plain, quiet, may_wander=True)[1] is explained
+
+
+def test_w_wanders_where_a_border_is_within_reach_and_nowhere_else(noisy):
+    bench, plain, _ = noisy
+    chain = LAW.put_in(plain.fit.chain, {"sd": SD_V, "bandwidth": BANDWIDTH_HZ})
+    o = bench.observations[1]
+    it = wander_of(chain, o, SD_V, "white", BANDWIDTH_HZ)
+    still = it.gains == 0.0
+    assert 0.05 < np.mean(still) < 0.95
+    assert np.all(it.keeps[still] == 1.0)
+    assert np.all((it.keeps > 0.0) & (it.keeps <= 1.0))
+    assert np.max(it.gains) <= 2.0 * (OP_AMP.s_l * SD_V / o.noise_v) ** 2
+    larger = wander_of(chain, o, 2.0 * SD_V, "white", BANDWIDTH_HZ)
+    assert np.sum(larger.gains) > 2.0 * np.sum(it.gains)
