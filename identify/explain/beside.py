@@ -8,6 +8,8 @@ from identify.explain.hypothesis import Hypothesis
 from identify.explain.round import Round
 from identify.explain.select import MOST_EFFECTS, selected
 
+CLOSELY = 2  # laws that are fitted to their end in the place of noise in front of the gap
+
 Note = Callable[[str, float], None]
 Selected = tuple[Bench, Hypothesis, list[Round]]
 
@@ -37,13 +39,16 @@ def selected_beside(bench: Bench, plain: Hypothesis, note: Note) -> Selected | N
         return None
     more = begun[0].explainable(begun[1]) > begun[0].rough
     beside, final, rounds = selected(*begun, note, MOST_EFFECTS - 1) if more else (*begun, [])
+    law = begun[1].effects[0]
+    if law not in final.effects:  # another took its place
+        return None
     if len(final.effects) > 1:
         beside, final = weighed_again(beside, final)
-    law = begun[1].effects[0]
     rest = tuple(effect for effect in final.effects if effect != law)
     without = bench.fitted(bench.with_effects(rest, final.fit.chain.values), rest)
-    foretold = [h for h in bench.round(without).tried if not h.effects[-1].by_chance]
-    if any(price(bench, h) < price(beside, final) for h in (without, *foretold)):
+    foretold = [h for h in bench.round(without).tried if not h.effects[-1].by_chance][:CLOSELY]
+    ended = [bench.fitted(h.fit.chain, h.effects) for h in foretold]
+    if any(price(bench, h) < price(beside, final) for h in (without, *ended)):
         return None
     bare_of_it = begun[0].without(begun[1], law)
     return beside, final, [Round(bare_of_it, (), begun[1:]), *rounds]

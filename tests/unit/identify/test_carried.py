@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from identify.effects import catalogue
+from identify.explain.bench import Bench
 from identify.explain.beside import selected_beside, selected_either
 from identify.explain.carried import alike_weighed, bare, carried, left_by_chance, price, rougher, weighed_again
 from identify.explain.explain import explain, prepared
+from identify.explain.round import Round
 from identify.explain.wander import changes
 from identify.holdout import split
 from identify.observe import pooled_rms
@@ -144,6 +146,32 @@ def test_what_is_foretold_is_believed_before_chance(noisy, monkeypatch):
     monkeypatch.setattr("identify.explain.beside.selected", lambda *asked: (bench, explained, []))
     monkeypatch.setattr("identify.explain.beside.carried", lambda *asked: pytest.fail("nothing is left to explain"))
     assert selected_either(bench, plain, quiet, may_wander=True)[1] is explained
+
+
+def test_a_line_that_foretells_what_repeats_differ_by_is_believed_before_noise(noisy, beside, monkeypatch):
+    bench, plain, _ = noisy
+    line = catalogue()["hum"](Place.G1)
+    told = replace(plain, effects=(line,), chi2=0.9 * plain.count)
+    fitted = Bench.fitted
+    monkeypatch.setattr("identify.explain.beside.carried", lambda *asked: beside)
+    monkeypatch.setattr(Bench, "explainable", lambda self, base: 0.0)
+    monkeypatch.setattr(Bench, "round", lambda self, base, least=0.0: Round(base, (), (told,)))
+    monkeypatch.setattr(
+        Bench, "fitted",
+        lambda self, chain, effects, *more: told if line in effects else fitted(self, chain, effects, *more),
+    )  # fmt: skip
+    assert selected_beside(bench, plain, quiet) is None
+    told = replace(told, chi2=plain.chi2)  # a line that does not
+    found = selected_beside(bench, plain, quiet)
+    assert found is not None
+    assert found[1] is beside[1]
+
+
+def test_nothing_is_said_of_noise_whose_place_another_law_took(noisy, beside, monkeypatch):
+    monkeypatch.setattr("identify.explain.beside.carried", lambda *asked: beside)
+    monkeypatch.setattr(Bench, "explainable", lambda self, base: float("inf"))
+    monkeypatch.setattr("identify.explain.beside.selected", lambda bench, base, *more: (bench, noisy[1], []))
+    assert selected_beside(noisy[0], noisy[1], quiet) is None
 
 
 def test_w_wanders_where_a_border_is_within_reach_and_nowhere_else(noisy):
