@@ -151,7 +151,7 @@ def test_what_is_foretold_is_believed_before_chance(noisy, monkeypatch):
 def test_a_line_that_foretells_what_repeats_differ_by_is_believed_before_noise(noisy, beside, monkeypatch):
     bench, plain, _ = noisy
     line = catalogue()["hum"](Place.G1)
-    told = replace(plain, effects=(line,), chi2=0.9 * plain.count)
+    told = replace(plain, effects=(line,), chi2=0.5 * price(*beside))
     fitted = Bench.fitted
     monkeypatch.setattr("identify.explain.beside.carried", lambda *asked: beside)
     monkeypatch.setattr(Bench, "explainable", lambda self, base: 0.0)
