@@ -1,15 +1,17 @@
 """A capacitor of a filter that is not the same at every voltage."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 
 from identify import charging
-from identify.chain import Chain
+from identify.chain import Chain, signals
 from identify.effects.adc_nonlinearity import AdcNonlinearity
 from identify.effects.curved_border import CurvedBorder
 from identify.effects.effect import Confusion, Effect, short
 from identify.effects.inside_play import mean_slope
+from identify.observe import Observation
 from identify.stage import Block, Grid, Parameter, Place, Run, Shape, Values
 from identify.trace import Array
 
@@ -25,6 +27,7 @@ SMALL = {"k1": 1e-4, "k2": 1e-5}  # 1/V, 1/V^2: the change is looked at where it
 TAUS = np.geomspace(0.3, 3e3, 9)  # samples
 SIMULATED = 3  # of these, that promise most
 ENDLESS_S = 1.0  # of tau, from which a capacitor hardly discharges within a step
+GROWN = 2.0  # times its size at rest: a junction that begins to conduct; no part grows further with voltage
 BENT = {"square": "cube", "straight": "square", FULLEST: "square and cube"}  # what a law is where it does not
 
 
@@ -81,6 +84,13 @@ class CapacitorNonlinearity(Effect):
             return out
 
         return run, shape
+
+    def plausible(self, chain: Chain, observations: Sequence[Observation]) -> bool:
+        """Return whether no level makes more of the capacitor than any part does: ceramics lose, junctions gain."""
+        k1, k2 = (chain.values.get(k.name, 0.0) for k in (K1, K2))
+        levels = [signals(chain, o.trace)[chain.index(self.place) - 1] for o in observations]
+        s = np.array([end for level in levels for end in (np.min(level), np.max(level))])
+        return bool(np.all(1.0 - k1 * s - k2 * np.square(s) <= GROWN))
 
     def plainer(self, chain: Chain) -> tuple[Effect, dict[str, float]] | None:
         """Return the bent scale that is left of it where it does not discharge: of F in G1, of the reading in G2."""

@@ -113,6 +113,10 @@ class Effect(Stage):
         """Return whether the effect can be put into ``chain``: not twice, and not where it has no meaning."""
         return all(effect.name != self.id for effect in chain.added)
 
+    def plausible(self, chain: Chain, observations: "Sequence[Observation]") -> bool:
+        """Return whether a part could be as the values in a chain say, where the recordings go."""
+        return True
+
     def wander(self, chain: Chain, observation: "Observation") -> "Wander":
         """Return how what it does by chance wanders in a run; NotImplementedError where it does nothing by chance."""
         raise NotImplementedError(f"{self.id} does nothing by chance")

@@ -154,7 +154,7 @@ class Answer:
     def parameters(self, effect: Effect) -> dict[str, tuple[Interval, str]]:
         """Return an effect's shared parameters with intervals and units, by short name."""
         found = {}
-        wider = self.inflation * rougher(self.bench, effect)
+        wider = self.inflation * rougher(self.bench, self.better, effect)
         for p in effect.parameters():
             if not p.local:
                 interval = spanning(p.name, wider, self.better.fit, self.elsewhere)

@@ -195,9 +195,11 @@ class Bench:
         return as_large(chain, effect, self.observations, changed) if effect.by_chance and changed > 0.0 else chain
 
     def possible(self, hypothesis: Hypothesis) -> bool:
-        """Return whether all of its effects are there, and none implies more scatter than there is."""
+        """Return whether its effects are there, parts could be so, and none implies more scatter than there is."""
         chain = hypothesis.fit.chain
         if not all(isfinite(chain.values[p.name]) for effect in hypothesis.effects for p in effect.parameters()):
+            return False
+        if not all(effect.plausible(chain, self.observations) for effect in hypothesis.effects):
             return False
         return not any(scatters_more(chain, effect, self.observations) for effect in hypothesis.effects)
 

@@ -105,14 +105,16 @@ def left_by_chance(bench: Bench, effects: Sequence[Effect], chain: Chain, held_o
     return max(left[0] ** 2 - left[1] ** 2, 0.0)
 
 
-def rougher(bench: Bench, effect: Effect) -> float:
-    """Return by how much the interval of a value widens where its law's mean is rough.
+def rougher(bench: Bench, better: Hypothesis, effect: Effect) -> float:
+    """Return by how much the intervals of an effect's values widen where its law is but a rough mean of what it does.
 
-    It holds all values with which chi-squared rises by no more than that, beside what chance makes.
+    They hold all values with which chi-squared rises by no more than what that may be off by, beside chance.
     """
-    if bench.carried is None or effect != bench.carried.law:
+    if not effect.by_chance:
         return 1.0
-    return sqrt(1.0 + bench.carried.rough / 1.96**2)
+    known = bench.carried.rough if bench.carried and effect == bench.carried.law else None
+    rough = known or ROUGH * max(bench.without(better, effect).chi2 - better.chi2, 0.0)
+    return sqrt(1.0 + rough / 1.96**2)
 
 
 def price(bench: Bench, hypothesis: Hypothesis) -> float:

@@ -132,9 +132,12 @@ def test_noise_is_measured_again_beside_what_else_is_found(beside):
 
 def test_intervals_of_the_noise_hold_what_its_rough_law_may_be_off_by(noisy, beside):
     bench, base = beside
-    assert rougher(bench, base.effects[0]) == pytest.approx((1.0 + bench.carried.rough / 1.96**2) ** 0.5)
-    assert rougher(bench, catalogue()["plateau_tilt"](Place.F)) == 1.0
-    assert rougher(noisy[0], base.effects[0]) == 1.0
+    (law,) = base.effects
+    assert rougher(bench, base, law) == pytest.approx((1.0 + bench.carried.rough / 1.96**2) ** 0.5)
+    assert rougher(bench, base, catalogue()["plateau_tilt"](Place.F)) == 1.0
+    mean = noisy[0].fitted(base.fit.chain, base.effects)
+    explained = noisy[0].without(mean, law).chi2 - mean.chi2
+    assert rougher(noisy[0], mean, law) == pytest.approx((1.0 + 0.2 * explained / 1.96**2) ** 0.5)
 
 
 def test_what_is_foretold_is_believed_before_chance(noisy, monkeypatch):

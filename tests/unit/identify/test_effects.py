@@ -527,3 +527,16 @@ def test_hum_with_negative_amplitudes_is_told_upright_and_plays_the_same(form, v
     trace = Trace("sine", SINE.rate_hz, SINE.u, np.zeros(SINE.u.size))
     assert np.allclose(simulate(upright, trace), simulate(chain, trace), rtol=0, atol=1e-12)
     assert hum.upright(upright) is upright
+
+
+@pytest.mark.parametrize(
+    ("values", "plausible"),
+    [({"k2": 0.01}, True), ({"k2": -0.01}, True), ({"k2": -1.0}, False), ({"k2": 1.0}, True)],
+    ids=["ceramic", "grows a little", "grows ten times", "is lost"],
+)
+def test_no_capacitor_grows_to_many_times_its_size_where_the_recordings_go(values, plausible):
+    law = catalogue()["capacitor_nonlinearity"](Place.G1, "square")
+    run = observed(recorded(OP_AMP, STAIRS, (), 1e-3), 1e-3)
+    chain = law.put_in(chain_of(model_of(OP_AMP)), {**values, "tau": 1e-3})
+    assert law.plausible(chain, (run,)) is plausible
+    assert OffsetDrift(Place.SENSE).plausible(chain, (run,))
