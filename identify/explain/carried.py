@@ -8,10 +8,11 @@ what the noise had hidden.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from math import log, sqrt
+from math import inf, log, sqrt
 from typing import Any
 
 import numpy as np
+from scipy.linalg import LinAlgError
 from scipy.optimize import minimize
 
 from identify.blocks import Play
@@ -68,7 +69,7 @@ def carried(bench: Bench, plain: Hypothesis) -> tuple[Bench, Hypothesis] | None:
     """
     chain, seen = plain.fit.chain, bench.observations
     laws = [law for kind in bench.kinds if kind.by_chance for law in kind.variants() if law.applicable(chain)]
-    if not laws or chain.stage_of(Play) is None or not all(o.colour.white for o in seen):
+    if not laws or chain.stage_of(Play) is None or not _gap_v(chain) or not all(o.colour.white for o in seen):
         return None
     before = changes(chain, seen)
     if not np.any(before[:, 0] > PROVEN * np.sqrt(2.0 * before[:, 1])):
@@ -143,6 +144,11 @@ def _colour(law: Effect, chain: Chain, observation: Observation) -> Colour:
     return Colour(wander=law.wander(chain, observation))
 
 
+def _gap_v(chain: Chain) -> float:
+    """Return how wide the gap is, V."""
+    return abs(chain.values["F.D_L"] - chain.values["F.D_U"])
+
+
 def _repeats(chain: Chain, observations: Sequence[Observation]) -> list[_Repeats]:
     """Return what a chain leaves of every run, and what is played twice there."""
     return [_Repeats(o, o.residual(chain) / o.noise_v, tuple(compared(chain, o))) for o in observations]
@@ -154,21 +160,23 @@ def _with(law: Effect, chain: Chain, logs: Array) -> Chain:
 
 
 def _cost(law: Effect, chain: Chain, repeats: Sequence[_Repeats]) -> Callable[[Array], float]:
-    """Return the cost of differences between repeats over the logs of a law's numbers."""
+    """Return the cost of differences between repeats over the logs of a law's numbers; infinity where there is none."""
 
     def cost(logs: Array) -> float:
         there = _with(law, chain, logs)
-        return sum(r.cost(_colour(law, there, r.observation)) for r in repeats)
+        try:
+            return sum(r.cost(_colour(law, there, r.observation)) for r in repeats)
+        except (ValueError, ArithmeticError, LinAlgError):
+            return inf
 
     return cost
 
 
 def _begun(law: Effect, chain: Chain, repeats: Sequence[_Repeats]) -> Array | None:
     """Return logs of size and bandwidth near the likeliest; None where none makes much of what repeats differ by."""
-    gap_v = abs(chain.values["F.D_L"] - chain.values["F.D_U"])
     bands = [band * repeats[0].observation.trace.rate_hz for band in BANDS]
     cost = _cost(law, law.put_in(chain, {}), repeats)
-    found = [(cost(at), at) for at in np.log([(size * gap_v, band) for size in SIZES for band in bands])]
+    found = [(cost(at), at) for at in np.log([(size * _gap_v(chain), band) for size in SIZES for band in bands])]
     least, at = min(found, key=lambda each: each[0])
     without = sum(r.cost(Colour()) for r in repeats)
     count = sum(int(np.count_nonzero(both)) for r in repeats for *_, both in r.pairs)

@@ -177,6 +177,18 @@ def test_nothing_is_said_of_noise_whose_place_another_law_took(noisy, beside, mo
     assert selected_beside(noisy[0], noisy[1], quiet) is None
 
 
+def test_a_gap_of_no_width_and_numbers_that_nothing_can_be_simulated_with_end_no_search(noisy, monkeypatch):
+    bench, plain, _ = noisy
+    shut = plain.fit.chain.with_values({"F.D_U": plain.fit.chain.values["F.D_L"]})
+    assert carried(bench, replace(plain, fit=replace(plain.fit, chain=shut))) is None
+
+    def refuses(*asked):
+        raise ValueError("no such chain")
+
+    monkeypatch.setattr("identify.effects.process_noise.wander_of", refuses)
+    assert carried(bench, plain) is None
+
+
 def test_w_wanders_where_a_border_is_within_reach_and_nowhere_else(noisy):
     bench, plain, _ = noisy
     chain = LAW.put_in(plain.fit.chain, {"sd": SD_V, "bandwidth": BANDWIDTH_HZ})
