@@ -16,7 +16,7 @@ from identify.candidates import Candidate, candidates
 from identify.chain import Chain
 from identify.effects.effect import Effect
 from identify.evidence import Evidence
-from identify.explain.chance import Carried, as_large, scatters_more
+from identify.explain.chance import as_large, scatters_more
 from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
 from identify.explain.promise import Promise, promised, together
 from identify.explain.round import (
@@ -32,6 +32,7 @@ from identify.explain.round import (
 )
 from identify.explain.suspect import Suspect, explainable, suspects
 from identify.explain.wander import MOSTLY, sizing, unrepeated, without_chance
+from identify.explain.weights import Carried
 from identify.fit import Fit, chi_squared, fit
 from identify.observe import Observation, refined
 from identify.phases import angles_of, scanned
@@ -139,9 +140,13 @@ class Bench:
         return evidence if few.whole else evidence.fine
 
     def suspects(self, base: Hypothesis) -> list[Suspect]:
-        """Return what every correction of free form promises on top of a hypothesis; asked again, it is remembered."""
+        """Return what every correction of free form promises on top of a hypothesis; asked again, it is remembered.
+
+        Beside a law whose chance the data are weighed beside, none that may be its.
+        """
         if id(base) not in self.asked:
-            self.asked[id(base)] = base, [s for s in suspects(self.evidence(base)) if s.gain > self.rough]
+            found = suspects(self.evidence(base))
+            self.asked[id(base)] = base, [s for s in found if not self.carried or self.carried.leaves(s)]
         return self.asked[id(base)][1]
 
     def explainable(self, base: Hypothesis) -> float:

@@ -20,9 +20,9 @@ from identify.chain import Chain
 from identify.colour import Colour, whitening
 from identify.effects.effect import Effect
 from identify.explain.bench import Bench
-from identify.explain.chance import Carried
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.wander import by_chance_elsewhere, changes, compared
+from identify.explain.weights import Carried
 from identify.fit import Pull
 from identify.observe import Observation, pooled_rms, refined
 from identify.trace import Array, Mask
@@ -37,6 +37,7 @@ SIMPLEX = np.array([[0.0, 0.0], [0.4, 0.0], [0.0, 1.0]])  # logs of size and ban
 MEAN = 25.0  # of chi-squared, that the mean must explain: chance does in one of 1e5
 SHARE = 0.02  # and of what is left: any law takes some of that
 ROUGH = 0.2  # share of what the mean explains that its law, which follows it by one number, may leave
+NEARLY = 0.01  # share of what the weights take away, that may be left because they hold to first order
 SURE = (0.2, 1.5)  # of the logs of size and bandwidth: the structure is that of small deviations, of one form of noise
 
 
@@ -84,7 +85,8 @@ def carried(bench: Bench, plain: Hypothesis) -> tuple[Bench, Hypothesis] | None:
     if np.any(after[:, 0] > LEFT * np.maximum(before[:, 0], 0.0) + PROVEN * np.sqrt(2.0 * before[:, 1])):
         return None
     mean = beside.without(base, base.effects[0]).chi2 - base.chi2
-    known = Carried(base.effects[0], beside.carried.pull, ROUGH * mean) if beside.carried else None
+    rough = max(ROUGH * mean, NEARLY * _volume(beside))
+    known = Carried(base.effects[0], beside.carried.pull, rough) if beside.carried else None
     return (replace(beside, carried=known), base) if mean > MEAN + SHARE * base.proven else None
 
 
@@ -113,15 +115,18 @@ def rougher(bench: Bench, better: Hypothesis, effect: Effect) -> float:
     """
     if not effect.by_chance:
         return 1.0
-    known = bench.carried.rough if bench.carried and effect == bench.carried.law else None
-    rough = known or ROUGH * max(bench.without(better, effect).chi2 - better.chi2, 0.0)
-    return sqrt(1.0 + rough / 1.96**2)
+    explains = max(bench.without(better, effect).chi2 - better.chi2, 0.0)
+    return sqrt(1.0 + ROUGH * explains / 1.96**2)
 
 
 def price(bench: Bench, hypothesis: Hypothesis) -> float:
     """Return twice the negative log of the likelihood, but for a constant, and the price of what was searched."""
-    volumes = (float(np.sum(o.colour.wander.logs)) for o in bench.observations if o.colour.wander is not None)
-    return hypothesis.chi2 + sum(volumes) + hypothesis.parameters * log(hypothesis.count)
+    return hypothesis.chi2 + _volume(bench) + hypothesis.parameters * log(hypothesis.count)
+
+
+def _volume(bench: Bench) -> float:
+    """Return what the weights of a bench add to twice the negative log of a likelihood."""
+    return sum(float(np.sum(o.colour.wander.logs)) for o in bench.observations if o.colour.wander is not None)
 
 
 def weighed(law: Effect, chain: Chain, observations: Sequence[Observation]) -> tuple[Observation, ...]:

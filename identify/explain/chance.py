@@ -6,14 +6,12 @@ all that is left may be such wandering, no further physics is looked for in it.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from identify.chain import Chain, advance, grid_of
 from identify.colour import whitening
 from identify.effects.effect import Effect, short
-from identify.fit import Pull
 from identify.observe import Observation
 from identify.stage import Block, Run
 from identify.trace import Array
@@ -22,19 +20,6 @@ INSTANTS = 1 << 18  # of a run that are looked at, at most
 COURSES = 2
 TURNS = 3  # of sizing an effect
 MORE = 2.0  # in energy: courses of chance differ, and a fit of their mean tells their size roughly
-
-
-@dataclass(frozen=True, eq=False)
-class Carried:
-    """A law beside whose chance readings are weighed (identify.explain.carried).
-
-    A ``pull`` holds its numbers near what repeats tell of them; ``rough`` is by how much chi-squared may fall further
-    because its mean is only nearly what the law says.
-    """
-
-    law: Effect
-    pull: Pull
-    rough: float = 0.0
 
 
 def scatters_more(chain: Chain, effect: Effect, observations: tuple[Observation, ...]) -> bool:

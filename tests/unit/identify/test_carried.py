@@ -133,7 +133,9 @@ def test_noise_is_measured_again_beside_what_else_is_found(beside):
 def test_intervals_of_the_noise_hold_what_its_rough_law_may_be_off_by(noisy, beside):
     bench, base = beside
     (law,) = base.effects
-    assert rougher(bench, base, law) == pytest.approx((1.0 + bench.carried.rough / 1.96**2) ** 0.5)
+    mean = bench.without(base, law).chi2 - base.chi2
+    assert bench.carried.rough >= 0.2 * mean > 0.0
+    assert rougher(bench, base, law) == pytest.approx((1.0 + 0.2 * mean / 1.96**2) ** 0.5)
     assert rougher(bench, base, catalogue()["plateau_tilt"](Place.F)) == 1.0
     mean = noisy[0].fitted(base.fit.chain, base.effects)
     explained = noisy[0].without(mean, law).chi2 - mean.chi2
