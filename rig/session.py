@@ -23,7 +23,7 @@ from rig.recorded import VOLTAGES, Equipment, Recording
 from rig.recording import Writer
 from rig.references import is_file, packaged
 from rig.rigfile import RigFile
-from rig.stopping import bell
+from rig.stopping import bell, held_back
 from rig.transcript import ongoing
 from rig.units import exact
 from rig.yamlfile import parse_yaml
@@ -151,8 +151,8 @@ def _segment(
     """Play a plan and keep what comes back."""
     u, found = device.quantise(plan.u), equipment(address, device, plan.rate_hz)
     known = replace(found, calibration=kept_for(found, plan.rate_hz, now()))
-    with Writer(out, plan, known, u, overwrite) as writer, bell(out) as asked:
-        outcome = runner.run(plan, device, writer, progress, asked)
+    with held_back() as told, Writer(out, plan, known, u, overwrite) as writer, bell(out) as rung:
+        outcome = runner.run(plan, device, writer, progress, lambda: told() or rung())
         try:
             recording = writer.finish(outcome.complete, outcome.reason, outcome.events, ongoing().text())
         except FileError as error:

@@ -56,6 +56,23 @@ def stop_requests() -> Iterator[StopRequest]:
 
 
 @contextmanager
+def held_back() -> Iterator[Asked]:
+    """Hold stop signals back while a recording is opened and closed: what is half would be lost.
+
+    Gives what tells a run, once, who asked it to stop meanwhile. What no run was told is done behind this.
+    """
+    with stop_requests() as request:
+
+        def told() -> str | None:
+            who, request.name = request.name, None
+            return who
+
+        yield told
+    if request.name is not None:
+        signal.raise_signal(signal.Signals[request.name])
+
+
+@contextmanager
 def bell(recording: Path) -> Iterator[Asked]:
     """Give the run that records into a file its bell; where none can be hung up, one that never rings."""
     try:

@@ -1,10 +1,13 @@
 """Is a protocol played on the rig it names, wherever no other was asked for?"""
 
+import signal
 from pathlib import Path
 
 import pytest
 
-from rig.session import check
+from rig.recording import Writer
+from rig.session import check, record
+from rig.verifying import verify
 
 RIG = "spec: 1\nrig: {name}\nG1: {{num: [1], den: [1]}}\nF: linear\nG2: {{num: [1], den: [1]}}\nnoise: 1 mV\n"
 PROTOCOL = """\
@@ -54,3 +57,26 @@ def test_a_rig_that_comes_with_the_program_is_called_by_its_name_unless_another_
     again = check("quick_check.yaml")
     assert again.identity == shipped.identity
     assert again.address != shipped.address
+
+
+@pytest.mark.parametrize("moment", ["__enter__", "finish"])
+def test_ctrl_c_while_a_recording_is_opened_or_closed_leaves_it_whole(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, moment: str
+) -> None:
+    path, then = folder / "protocol.yaml", getattr(Writer, moment)
+    path.write_text(PROTOCOL.format(device=""))
+
+    def pressed(self: Writer, *args: object) -> object:
+        signal.raise_signal(signal.SIGINT)
+        return then(self, *args)
+
+    monkeypatch.setattr(Writer, moment, pressed)
+    if moment == "finish":  # the run is over: what goes on behind it is interrupted
+        with pytest.raises(KeyboardInterrupt):
+            record(path, None, folder / "run.h5", lambda done, total: None)
+    else:
+        record(path, None, folder / "run.h5", lambda done, total: None)
+    kept = verify(folder / "run.h5")
+    assert kept.intact
+    assert kept.recording is not None
+    assert "safe" in [event.kind for event in kept.recording.events]

@@ -1,6 +1,7 @@
 """Is a run that was rung for stopped as Ctrl-C stops it, and can nobody else ring?"""
 
 import os
+import signal
 import socket
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from identify.trace import Step
 from rig import stopping
 from rig.plan import Limits, Plan
 from rig.runner import run
-from rig.stopping import FOLDER_VARIABLE, bell, ring
+from rig.stopping import FOLDER_VARIABLE, bell, held_back, ring
 from tests.unit.rig.devices import ScriptedDevice
 
 SIZE = 2000
@@ -83,3 +84,17 @@ def test_a_run_that_is_rung_for_ramps_down_and_says_who_rang() -> None:
     assert 0 < outcome.samples < SIZE
     assert device.diary[-2:] == ["halt", "safe 1 V 0.2 s"]
     assert device.level == 1.0
+
+
+def test_a_signal_that_is_held_back_is_done_behind_unless_a_run_was_told_of_it() -> None:
+    with pytest.raises(KeyboardInterrupt), held_back() as told:
+        signal.raise_signal(signal.SIGINT)
+    with held_back() as told:
+        assert told() is None
+        signal.raise_signal(signal.SIGINT)
+        assert told() == "SIGINT"
+        assert told() is None
+    before = signal.getsignal(signal.SIGINT)
+    with held_back():
+        pass
+    assert signal.getsignal(signal.SIGINT) is before
