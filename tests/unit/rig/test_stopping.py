@@ -3,6 +3,7 @@
 import os
 import signal
 import socket
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -86,6 +87,15 @@ def test_a_run_that_is_rung_for_ramps_down_and_says_who_rang() -> None:
     assert device.level == 1.0
 
 
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """Have Ctrl-C interrupt, also where whoever started the tests had it ignored, as a shell does in the background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interruptible")
 def test_a_signal_that_is_held_back_is_done_behind_unless_a_run_was_told_of_it() -> None:
     with pytest.raises(KeyboardInterrupt), held_back() as told:
         signal.raise_signal(signal.SIGINT)
