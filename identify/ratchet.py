@@ -30,6 +30,11 @@ DEEPEST, NODES = -7.0, 160  # of the grid on which a low-passed noise moves, sd
 LEVELS = np.concatenate((np.arange(-3.0, 6.6, 0.2), [7.0]))  # between which the chance of a push is interpolated
 
 
+def renewal(kind: Kind, bandwidth_hz: float, step_s: float) -> float:
+    """Return how far a noise is renewed in a step, in the unit of time of its kind."""
+    return (1.0 if kind == "white" else 2.0 * np.pi) * bandwidth_hz * step_s
+
+
 def shaken(kind: Kind, renewed: float) -> Shaken:
     """Return what ``noisy_play`` asks of a noise that is ``renewed`` in a step: gains of half of it, and rests."""
     return gains(kind, 0.5 * renewed), rests(kind), PER_Z, renewed

@@ -1,7 +1,7 @@
 """How does w wander about its mean where noise in front of the gap carries it along?
 
-The mean of w (identify.ratchet) is a law; what one course of the noise makes of it beside that is not, and may be a
-hundred times the noise of a reading. It has a structure, though. Where a border rests or runs within reach of w, w is
+The mean of w (identify.ratchet) is a law; what one course of the noise makes of it beside that is not, and may be
+tens of times the noise of a reading. It has a structure, though. Where a border rests or runs within reach of w, w is
 pushed now and then: from a height h above it the mean gain in a step is g(h), the chance of a push is p = -g'(h), and
 pushes are nearly exponential, as what normal noise exceeds a high level by is, of mean g / p. To first order the
 deviation of w from its mean thus fades with p and is pushed by 2 g^2 / p in variance in a step; away from both borders
@@ -14,7 +14,7 @@ from identify.blocks import LinearBlock
 from identify.chain import Chain, grid_of, signals
 from identify.innovations import Wander
 from identify.observe import Observation
-from identify.ratchet import HIGHEST, PER_Z, Kind, gains
+from identify.ratchet import HIGHEST, PER_Z, Kind, gains, renewal
 from identify.stage import Grid, Place, Ramp
 from identify.trace import Array
 
@@ -32,7 +32,7 @@ def wander_of(chain: Chain, observation: Observation, sd_v: float, kind: Kind, b
     o = observation
     grid, passed = grid_of(o.trace), signals(chain, o.trace)
     v, w = passed[chain.index(Place.G1) - 1], passed[chain.index(Place.F) - 1]
-    renewed = (1.0 if kind == "white" else 2.0 * np.pi) * bandwidth_hz * grid.step_s
+    renewed = renewal(kind, bandwidth_hz, grid.step_s)
     table, memory = gains(kind, renewed), float(np.exp(-FORGETS[kind] * renewed))
     before = np.concatenate((w[:1], w[:-1]))
     s_l, d_l, s_u, d_u = (chain.values[f"F.{name}"] for name in ("S_L", "D_L", "S_U", "D_U"))

@@ -8,6 +8,7 @@ counted in whole answers, which takes a third of their time again; tests of less
 """
 
 import os
+import signal
 import tempfile
 from collections.abc import Generator, Iterator
 from contextlib import suppress
@@ -80,3 +81,11 @@ def browser() -> "Iterator[Chrome]":
 
     with chromium() as shown:
         yield shown
+
+
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """Have Ctrl-C interrupt, also where whoever started the tests had it ignored, as a shell does in the background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)

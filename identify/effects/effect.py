@@ -117,10 +117,6 @@ class Effect(Stage):
         """Return whether a part could be as the values in a chain say, where the recordings go."""
         return True
 
-    def wander(self, chain: Chain, observation: "Observation") -> "Wander":
-        """Return how what it does by chance wanders in a run; NotImplementedError where it does nothing by chance."""
-        raise NotImplementedError(f"{self.id} does nothing by chance")
-
     def put_in(self, chain: Chain, values: Mapping[str, float]) -> Chain:
         """Return ``chain`` with this effect in it; ``values`` by short name."""
         return chain.with_stage(self, self.named(values)).crediting(self)
@@ -174,6 +170,10 @@ class Effect(Stage):
 
     def course(self, values: Sequence[float], grid: Grid, size: int, rng: np.random.Generator) -> Array:
         """Return one course that physics ruled by chance may take, V, shape (size,): noise behind its place."""
+        raise NotImplementedError(f"{self.id} is not ruled by chance")
+
+    def wander(self, chain: Chain, observation: "Observation") -> "Wander":
+        """Return how what physics ruled by chance does wanders in a run, of which a chain has the mean."""
         raise NotImplementedError(f"{self.id} is not ruled by chance")
 
     @abstractmethod

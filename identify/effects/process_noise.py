@@ -12,7 +12,7 @@ from identify.effects.effect import Confusion
 from identify.effects.inside_play import InsidePlay
 from identify.innovations import Wander
 from identify.observe import Observation
-from identify.ratchet import Kind
+from identify.ratchet import Kind, renewal
 from identify.stage import Grid, Parameter, Place, Values
 from identify.trace import Array
 from identify.wandering import wander_of
@@ -57,12 +57,16 @@ class ProcessNoise(InsidePlay):
         """Return F: the mean of v stays as it is."""
         return Place.F
 
+    @property
+    def kind(self) -> Kind:
+        """Return what noise it is."""
+        return "white" if self.form == "white" else "low-pass"
+
     def altered(self, law: Law, values: Values, grid: Grid) -> Law:
         """Return the law whose borders shake."""
         sd_v, bandwidth_hz = values
-        kind: Kind = "white" if self.form == "white" else "low-pass"
-        per_hz = 1.0 if kind == "white" else 2.0 * np.pi
-        return replace(law, noise_v=sd_v, kind=kind, renewed=per_hz * bandwidth_hz * grid.step_s)
+        renewed = renewal(self.kind, bandwidth_hz, grid.step_s)
+        return replace(law, noise_v=sd_v, kind=self.kind, renewed=renewed)
 
     def course(self, values: Sequence[float], grid: Grid, size: int, rng: np.random.Generator) -> Array:
         """Return a course of the noise at v, V, shape (size,)."""
@@ -75,7 +79,7 @@ class ProcessNoise(InsidePlay):
     def wander(self, chain: Chain, observation: Observation) -> Wander:
         """Return how w wanders in a run by the noise that a chain has."""
         sd_v, bandwidth_hz = (chain.values[p.name] for p in (SD, BANDWIDTH))
-        return wander_of(chain, observation, sd_v, "white" if self.form == "white" else "low-pass", bandwidth_hz)
+        return wander_of(chain, observation, sd_v, self.kind, bandwidth_hz)
 
     def fuller(self) -> list[Self]:
         """Return the other form: it has the same two numbers, and which of them the noise has only a fit tells."""

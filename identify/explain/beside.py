@@ -37,9 +37,10 @@ def selected_beside(bench: Bench, plain: Hypothesis, note: Note) -> Selected | N
     begun = carried(bench, plain)
     if begun is None:
         return None
-    more = begun[0].explainable(begun[1]) > begun[0].rough
-    beside, final, rounds = selected(*begun, note, MOST_EFFECTS - 1) if more else (*begun, [])
-    law = begun[1].effects[0]
+    weighed, base = begun
+    (law,) = base.effects
+    more = weighed.explainable(base) > weighed.rough
+    beside, final, rounds = selected(weighed, base, note, MOST_EFFECTS - 1) if more else (weighed, base, [])
     if law not in final.effects:  # another took its place
         return None
     if len(final.effects) > 1:
@@ -48,7 +49,6 @@ def selected_beside(bench: Bench, plain: Hypothesis, note: Note) -> Selected | N
     without = bench.fitted(bench.with_effects(rest, final.fit.chain.values), rest)
     foretold = [h for h in bench.round(without).tried if not h.effects[-1].by_chance][:CLOSELY]
     ended = [bench.fitted(h.fit.chain, h.effects) for h in foretold]
-    if any(price(bench, h) < price(beside, final) for h in (without, *ended)):
+    if min(price(bench, h) for h in (without, *ended)) < price(beside, final):
         return None
-    bare_of_it = begun[0].without(begun[1], law)
-    return beside, final, [Round(bare_of_it, (), begun[1:]), *rounds]
+    return beside, final, [Round(weighed.without(base, law), (), (base,)), *rounds]

@@ -17,11 +17,11 @@ from scipy.optimize import minimize
 
 from identify.blocks import Play
 from identify.chain import Chain
-from identify.colour import Colour, whitening
+from identify.colour import Colour
 from identify.effects.effect import Effect
 from identify.explain.bench import Bench
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.wander import by_chance_elsewhere, changes, compared
+from identify.explain.wander import PROVEN, by_chance_elsewhere, changes, compared, whitened
 from identify.explain.weights import Carried
 from identify.fit import Pull
 from identify.observe import Observation, pooled_rms, refined
@@ -31,7 +31,6 @@ SIZES = 10.0 ** np.arange(-4.5, -0.1, 0.5)  # of the gap: sd at which the search
 BANDS = (0.01, 0.1)  # of the sample rate: bandwidths at which it begins
 WORTH = 0.25  # share of what repeats differ by that the noise must make likelier, to be looked at closely
 LEFT = 0.02  # share of it that may still be there once the readings are weighed
-PROVEN = 6.0  # standard deviations of chance from which there is a difference
 TRIALS = 60  # of a search, at most
 SIMPLEX = np.array([[0.0, 0.0], [0.4, 0.0], [0.0, 1.0]])  # logs of size and bandwidth from which it goes
 MEAN = 25.0  # of chi-squared, that the mean must explain: chance does in one of 1e5
@@ -43,18 +42,16 @@ SURE = (0.2, 1.5)  # of the logs of size and bandwidth: the structure is that of
 
 @dataclass(frozen=True, eq=False)
 class _Repeats:
-    """What a model leaves of one run, per noise, and what is played twice in it: samples, and which both count."""
+    """What a model leaves of one run, V, and what is played twice in it: samples, and which both count."""
 
     observation: Observation
-    left: Array
+    residual: Array
     pairs: tuple[tuple[slice, slice, Mask], ...]
 
     def cost(self, colour: Colour) -> float:
         """Return twice the negative log of the likelihood of their differences, but for a constant."""
-        o, white, logs = self.observation, np.zeros(self.left.size), np.zeros(self.left.size)
-        white[o.use] = whitening(colour)(self.left, o.use)
-        if colour.wander is not None:
-            logs = colour.wander.logs
+        white = whitened(replace(self.observation, colour=colour), self.residual)
+        logs = colour.wander.logs if colour.wander is not None else np.zeros(white.size)
         total = 0.0
         for once, again, both in self.pairs:
             apart = (white[once] - white[again])[both]
@@ -72,8 +69,9 @@ def carried(bench: Bench, plain: Hypothesis) -> tuple[Bench, Hypothesis] | None:
     laws = [law for kind in bench.kinds if kind.by_chance for law in kind.variants() if law.applicable(chain)]
     if not laws or chain.stage_of(Play) is None or not _gap_v(chain) or not all(o.colour.white for o in seen):
         return None
-    before = changes(chain, seen)
-    if not np.any(before[:, 0] > PROVEN * np.sqrt(2.0 * before[:, 1])):
+    before, count = changes(chain, seen).T
+    chance = PROVEN * np.sqrt(2.0 * count)
+    if not np.any(before > chance):
         return None
     repeats = _repeats(chain, seen)
     begun = _begun(laws[0], chain, repeats)
@@ -81,22 +79,19 @@ def carried(bench: Bench, plain: Hypothesis) -> tuple[Bench, Hypothesis] | None:
         return None
     found = [_weighed(bench, _with(law, law.put_in(chain, {}), begun), (law,), repeats) for law in laws]
     beside, base = min(found, key=lambda pair: price(*pair))
-    after = changes(base.fit.chain, beside.observations)
-    if np.any(after[:, 0] > LEFT * np.maximum(before[:, 0], 0.0) + PROVEN * np.sqrt(2.0 * before[:, 1])):
+    after, _ = changes(base.fit.chain, beside.observations).T
+    if np.any(after > LEFT * np.maximum(before, 0.0) + chance):
         return None
     mean = beside.without(base, base.effects[0]).chi2 - base.chi2
     rough = max(ROUGH * mean, NEARLY * _volume(beside))
-    known = Carried(base.effects[0], beside.carried.pull, rough) if beside.carried else None
-    return (replace(beside, carried=known), base) if mean > MEAN + SHARE * base.proven else None
+    return (_as_rough(beside, rough), base) if mean > MEAN + SHARE * base.proven else None
 
 
 def weighed_again(bench: Bench, final: Hypothesis) -> tuple[Bench, Hypothesis]:
     """Return bench and hypothesis with the noise measured once more beside all else that was found."""
     repeats = _repeats(final.fit.chain, bench.observations)
     again, found = _weighed(bench, final.fit.chain, final.effects, repeats)
-    assert bench.carried is not None
-    assert again.carried is not None
-    return replace(again, carried=replace(again.carried, rough=bench.carried.rough)), found
+    return _as_rough(again, bench.rough), found
 
 
 def left_by_chance(bench: Bench, effects: Sequence[Effect], chain: Chain, held_out: Sequence[Observation]) -> float:
@@ -156,7 +151,13 @@ def _gap_v(chain: Chain) -> float:
 
 def _repeats(chain: Chain, observations: Sequence[Observation]) -> list[_Repeats]:
     """Return what a chain leaves of every run, and what is played twice there."""
-    return [_Repeats(o, o.residual(chain) / o.noise_v, tuple(compared(chain, o))) for o in observations]
+    left = [(o, o.residual(chain)) for o in observations]
+    return [_Repeats(o, residual, tuple(compared(o, residual))) for o, residual in left]
+
+
+def _as_rough(bench: Bench, rough: float) -> Bench:
+    """Return a bench of which it is known by how much the law it is weighed beside may be off."""
+    return replace(bench, carried=replace(bench.carried, rough=rough)) if bench.carried else bench
 
 
 def _with(law: Effect, chain: Chain, logs: Array) -> Chain:

@@ -224,14 +224,18 @@ def _of_means(chain: Chain, observation: Observation, means_s: float) -> Array:
 
 def _compared(chain: Chain, observation: Observation) -> Iterator[tuple[Array, Array, Mask]]:
     """Yield what is left of a stretch and of its repeat, and where the model answers both alike and both count."""
-    white = whitened(observation, observation.residual(chain))
-    for once, again, both in compared(chain, observation):
+    residual = observation.residual(chain)
+    white = whitened(observation, residual)
+    for once, again, both in compared(observation, residual):
         yield white[once], white[again], both
 
 
-def compared(chain: Chain, observation: Observation) -> Iterator[tuple[slice, slice, Mask]]:
-    """Yield where a stretch is, where its repeat is, and where the model answers both alike and both count."""
-    answer = (observation.trace.y[:] - observation.residual(chain)) / observation.noise_v
+def compared(observation: Observation, residual: Array) -> Iterator[tuple[slice, slice, Mask]]:
+    """Yield where a stretch is, where its repeat is, and where the model answers both alike and both count.
+
+    ``residual`` is what the model leaves, V, shape (N,).
+    """
+    answer = (observation.trace.y[:] - residual) / observation.noise_v
     for once, again in _repeats(observation):
         alike = np.abs(answer[once] - answer[again]) < 1.0
         yield once, again, observation.use[once] & observation.use[again] & alike

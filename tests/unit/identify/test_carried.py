@@ -5,15 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from identify.colour import Colour
 from identify.effects import catalogue
 from identify.explain.bench import Bench
 from identify.explain.beside import selected_beside, selected_either
 from identify.explain.carried import alike_weighed, bare, carried, left_by_chance, price, rougher, weighed_again
 from identify.explain.explain import explain, prepared
+from identify.explain.prune import pruned
 from identify.explain.round import Round
-from identify.explain.wander import changes
+from identify.explain.suspect import suspects
+from identify.explain.wander import changes, whitened
+from identify.fit import Pull
 from identify.holdout import split
-from identify.observe import pooled_rms
+from identify.observe import pooled_rms, refined, weighed
 from identify.stage import Place
 from identify.trace import Step
 from identify.wandering import wander_of
@@ -203,3 +207,54 @@ def test_w_wanders_where_a_border_is_within_reach_and_nowhere_else(noisy):
     assert np.max(it.gains) <= 2.0 * (OP_AMP.s_l * SD_V / o.noise_v) ** 2
     larger = wander_of(chain, o, 2.0 * SD_V, "white", BANDWIDTH_HZ)
     assert np.sum(larger.gains) > 2.0 * np.sum(it.gains)
+
+
+def test_the_law_the_data_are_weighed_beside_is_not_dropped_from_a_set(beside):
+    bench, base = beside
+    tilt = catalogue()["plateau_tilt"](Place.F)
+    both = bench.fitted(tilt.put_in(base.fit.chain, {"k": 1e-6}), (*base.effects, tilt))
+    alone = [replace(both, effects=(effect,), chi2=0.5 * both.chi2) for effect in reversed(both.effects)]
+    loaded = replace(bench, known={h.effects: h for h in alone})
+    assert pruned(loaded, both).effects == base.effects
+    assert pruned(replace(loaded, carried=None, known=dict(loaded.known)), both).effects != both.effects
+
+
+def test_of_corrections_only_what_the_law_cannot_leave_is_told(beside):
+    bench, base = beside
+    known = replace(bench.carried, rough=100.0)
+    coarse, fine = (replace(s, squares=np.array([1e4])) for s in (_of(bench, base, 8), _of(bench, base, 300)))
+    assert known.leaves(coarse)
+    assert not known.leaves(replace(coarse, squares=np.array([99.0])))
+    assert not known.leaves(fine)
+
+
+def _of(bench, base, knots):
+    """Return a suspect with a correction of so many knots."""
+    some = suspects(bench.evidence(base))[0]
+    return replace(some, correction=replace(some.correction, knots=tuple(np.linspace(0.0, 1.0, knots))))
+
+
+def test_what_weights_hide_of_stepping_wants_no_finer_grid(noisy, beside):
+    chain, (o, *_) = beside[1].fit.chain, noisy[0].observations
+    coarse = replace(o, substeps=1, left_out=None)
+    hidden = replace(coarse, colour=beside[0].observations[0].colour)
+    assert refined(hidden, chain).substeps < refined(coarse, chain).substeps
+
+
+def test_rows_of_readings_that_count_are_weighed_as_whole_runs_are(beside):
+    (o, *_) = beside[0].observations
+    use = o.use.copy()
+    use[100:130] = False
+    lost = replace(o, use=use, colour=Colour(wander=replace(o.colour.wander, use=use)))
+    rows = np.random.default_rng(5).standard_normal((2, o.trace.size)) * o.noise_v
+    whole = [whitened(lost, row)[use] for row in rows]
+    assert np.allclose(weighed(rows[:, use], lost), whole, rtol=1e-12, atol=1e-12)
+
+
+def test_numbers_are_held_near_what_repeats_tell_of_each(beside):
+    bench, base = beside
+    names = [p.name for p in base.effects[0].parameters()]
+    aside = np.log([base.fit.chain.values[name] for name in names]) + np.array([0.5, -0.5])
+    pull = Pull(lambda chain: np.log([chain.values[name] for name in names]), aside, np.array([1e-3, 1e-3]))
+    held = replace(bench, carried=replace(bench.carried, pull=pull)).fitted(base.fit.chain, base.effects)
+    assert np.log([held.fit.chain.values[name] for name in names]) == pytest.approx(aside, abs=0.01)

@@ -1,7 +1,6 @@
 """Is a protocol played on the rig it names, wherever no other was asked for?"""
 
 import signal
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -58,14 +57,6 @@ def test_a_rig_that_comes_with_the_program_is_called_by_its_name_unless_another_
     again = check("quick_check.yaml")
     assert again.identity == shipped.identity
     assert again.address != shipped.address
-
-
-@pytest.fixture
-def interruptible() -> Iterator[None]:
-    """Have Ctrl-C interrupt, also where whoever started the tests had it ignored, as a shell does in the background."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
 
 
 @pytest.mark.usefixtures("interruptible")

@@ -3,7 +3,6 @@
 import os
 import signal
 import socket
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -85,14 +84,6 @@ def test_a_run_that_is_rung_for_ramps_down_and_says_who_rang() -> None:
     assert 0 < outcome.samples < SIZE
     assert device.diary[-2:] == ["halt", "safe 1 V 0.2 s"]
     assert device.level == 1.0
-
-
-@pytest.fixture
-def interruptible() -> Iterator[None]:
-    """Have Ctrl-C interrupt, also where whoever started the tests had it ignored, as a shell does in the background."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
 
 
 @pytest.mark.usefixtures("interruptible")
