@@ -1,5 +1,9 @@
 """The compiled loops over samples, all in one place.
 
+What is many numbers they write into arrays they are given. An array that compiled code returns is wrapped by a call
+back into Python, where Ctrl-C pressed meanwhile is raised and numba goes on with nothing: the process crashes
+(``nrt_adapt_ndarray_to_python`` of numba 0.68, ``numba/core/pythonapi.py``).
+
 State-space rows, taps and states are tuples, so that numba knows the order at compile time and unrolls it.
 ``advance``, ``pushed`` and ``dot`` recurse over those tuples; the recursion is resolved while compiling.
 """
@@ -198,23 +202,22 @@ def plus_curve(first: float, step: float, rows: Array, signal: Array, out: Array
 
 
 @njit(error_model="numpy", cache=True)
-def best_cut(y: Array, answer: Array, use: Any, longest: int) -> tuple[Array, Any]:
-    """Return, for every number of lost readings from 1 to ``longest``, the best first one and what it gains.
+def best_cut(y: Array, answer: Array, use: Any, gains: Array, at: Any) -> None:
+    """Write, for every number of lost readings from 1 on, the best first one ``at`` and what it ``gains``.
 
     The gain is the fall of the sum of squares when all readings from there on are compared with the answer ``count``
-    samples later.
+    samples later. Both arrays hold zeros before; as long as they are is the longest loss.
     """
-    gains, at, totals = np.zeros(longest), np.zeros(longest, dtype=np.int64), np.zeros(longest)
+    totals = np.zeros(gains.size)
     for k in range(y.size - 2, -1, -1):
         if use[k]:
             now = y[k] - answer[k]
-            for i in range(min(longest, y.size - 1 - k)):  # without a branch: several counts go at once
+            for i in range(min(gains.size, y.size - 1 - k)):  # without a branch: several counts go at once
                 later = y[k] - answer[k + 1 + i]
                 totals[i] += now * now - later * later
                 better = totals[i] > gains[i]
                 gains[i] = totals[i] if better else gains[i]
                 at[i] = k if better else at[i]
-    return gains, at
 
 
 @njit(error_model="numpy", cache=True)

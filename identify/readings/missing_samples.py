@@ -99,7 +99,8 @@ def loss_in(trace: Trace, answer: Array, noise_v: float, rough: bool = False) ->
     if longest < 1:
         return None
     even = use & (np.arange(y.size) % 2 == 0)
-    gains, at = kernels.best_cut(y, answer, even, longest)
+    gains, at = np.zeros(longest), np.zeros(longest, dtype=np.int64)
+    kernels.best_cut(y, answer, even, gains, at)
     price = 2.0 * log(longest * y.size)
     count = int(np.argmax(gains)) + 1
     scatter = max(noise_v, _after(y, answer, use, int(at[count - 1]), count, rough))

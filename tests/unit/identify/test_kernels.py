@@ -283,7 +283,8 @@ def test_a_soft_slew_limit_follows_what_is_near_as_a_pole_follows_straight_lines
 def test_the_best_cut_is_the_one_that_lowers_the_sum_of_squares_most(size, longest, seed):
     rng = np.random.default_rng(seed)
     y, answer, use = rng.normal(size=size), rng.normal(size=size), rng.random(size) < 0.7
-    gains, at = kernels.best_cut(y, answer, use, longest)
+    gains, at = np.zeros(longest), np.zeros(longest, dtype=np.int64)
+    kernels.best_cut(y, answer, use, gains, at)
     for count in range(1, longest + 1):
         k = np.flatnonzero(use[: max(size - count, 0)])
         falls = np.square(y[k] - answer[k]) - np.square(y[k] - answer[k + count])
