@@ -16,7 +16,7 @@ from identify.stage import Block, Grid, Parameter, Run, Shape, Values
 from identify.trace import Array
 
 # A contact spread over a width is that of plays so much of it apart, with the variance of an even spread.
-CONTACTS = ((np.arange(16) + 0.5) / 16 - 0.5) / np.sqrt(1.0 - 1.0 / 16**2)
+CONTACTS = ((np.arange(48) + 0.5) / 48 - 0.5) / np.sqrt(1.0 - 1.0 / 48**2)
 SHAKEN_CONTACTS = (-0.375, -0.125, 0.125, 0.375)  # the same where noise rounds each of them by itself
 
 

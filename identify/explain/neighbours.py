@@ -45,13 +45,13 @@ def settled(bench: Bench, best: Hypothesis) -> tuple[Hypothesis, tuple[Fit, ...]
 
 
 def _other_forms(bench: Bench, best: Hypothesis) -> tuple[Fit, ...]:
-    """Return the fits of the same effects with one in another form of the same numbers that the data do not exclude."""
-    found = [
-        bench.reformed(best, effect, form)
-        for effect in best.effects
-        for form in effect.fuller()
-        if set(form.parameters()) == set(effect.parameters())
-    ]
+    """Return the fits of the same effects with one in a fuller form, or another of the same numbers, as good as these.
+
+    One number more that the data do not ask for may be there all the same: a resistor in line with a diode.
+    """
+    begun = [bench.reformed(best, effect, form, SPRINT) for effect in best.effects for form in effect.fuller()]
+    near = [h for h in begun if h.chi2 < best.chi2 + HOPEFUL * best.swell]
+    found = [h if h.fit.converged else bench.fitted(h.fit.chain, h.effects) for h in near]
     return tuple(h.fit for h in found if h.chi2 < best.chi2 + WITHIN * best.swell)
 
 

@@ -58,7 +58,7 @@ class Scene:
 
 
 Change = Callable[[Array, Scene], Array]
-CONTACTS = 40  # plays that stand for a rounded take-up
+CONTACTS = 100  # plays that stand for a rounded take-up
 
 
 def borders(v: Array, rig: Rig) -> tuple[Array, Array]:
