@@ -76,12 +76,15 @@ class Fit:
         return float(np.sqrt(max(float(moved @ np.linalg.solve(self.covariance, moved)), 0.0)))
 
     def ci95(self, name: str, inflation: float = 1.0) -> tuple[float, float]:
-        """Return the 95 % interval of a value, from the curvature of the likelihood in its search coordinate."""
+        """Return the 95 % interval of a value, from the curvature of the likelihood in its search coordinate.
+
+        No end of it lies where the value cannot be.
+        """
         for i, coordinate in enumerate(self.coordinates):
             if coordinate.name == name:
                 half = 1.96 * inflation * float(np.sqrt(self.covariance[i, i]))
                 ends = (coordinate.value(float(self.theta[i]) - half), coordinate.value(float(self.theta[i]) + half))
-                return (min(ends), max(ends))
+                return (max(min(ends), coordinate.parameter.least), min(max(ends), coordinate.parameter.most))
         return (self.chain.values[name], self.chain.values[name])
 
 

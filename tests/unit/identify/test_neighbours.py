@@ -1,5 +1,7 @@
 """Is a law that could rest at several values told with all of them?"""
 
+from math import exp, log1p
+
 import pytest
 
 from identify.effects import catalogue, chain_of
@@ -13,6 +15,8 @@ from tests.trials import model_of, observed, recorded
 
 NOISE_V = 2e-3
 SECOND, FEEDTHROUGH = catalogue()["second_play"](Place.F), catalogue()["feedthrough"](Place.SENSE)
+BARE, RESISTOR = (catalogue()["diode_clamp"](Place.F, form) for form in ("upper", "upper, resistor"))
+SOFT = catalogue()["soft_saturation"](Place.F, "diode upper")
 TRUE = {"gap": 1.0, "weight": 6e-4}
 
 
@@ -50,3 +54,46 @@ def test_a_law_of_one_number_has_no_second_place_to_rest_at(bench: Bench) -> Non
     best, others = settled(bench, only)
     assert others == ()
     assert spanning("feedthrough.k", 1.0, best.fit, others).low == best.fit.ci95("feedthrough.k")[0]
+
+
+def diode(level: float, n_vt: float, series: float) -> tuple[Bench, dict[str, float]]:
+    """Return a bench with a walk whose level a diode with a resistor in line clamps, and its values by full name."""
+    values = {"level": level, "knee": n_vt, "series": series, "drop": n_vt * exp(-level / n_vt)}
+    run = recorded(OP_AMP, staircase("walk", FIG13_LEVELS_V, 0.02), (Concealed("diode_clamp", values),), NOISE_V, 3)
+    told = {"knee": level - n_vt * log1p(series), "n_vt": n_vt, "slope": series / (1.0 + series)}
+    there = Bench(chain_of(model_of(OP_AMP)), (observed(run, NOISE_V, 2),), (), (), noise_known=0.03)
+    return there, {f"diode_clamp.{n}": v for n, v in told.items()}
+
+
+def test_an_interval_holds_what_a_number_more_allows_that_the_data_do_not_ask_for() -> None:
+    there, true = diode(13.0, 0.7, 0.25)
+    bare = there.fitted(there.with_effects([BARE], true), [BARE])
+    with_resistor = there.fitted(there.with_effects([RESISTOR], true), [RESISTOR])
+    assert bare.advantage(with_resistor) > 0.0  # the resistor is not asked for
+    best, others = settled(there, bare)
+    own = best.fit.ci95("diode_clamp.knee")
+    assert not own[0] <= true["diode_clamp.knee"] <= own[1]
+    for name in ("diode_clamp.knee", "diode_clamp.n_vt"):
+        told = spanning(name, 1.0, best.fit, others)
+        assert told.low <= true[name] <= told.high
+    (other,) = others
+    low, high = other.ci95("diode_clamp.slope")
+    assert low == 0.0 <= true["diode_clamp.slope"] <= high <= 0.97  # no slope is below none
+
+
+def test_no_law_is_shut_out_for_a_number_it_was_not_given() -> None:
+    there, true = diode(12.0, 0.9, 0.25)
+    plain, bare = there.fitted(there.plain, ()), there.fitted(there.with_effects([BARE], true), [BARE])
+    knee = {"soft_saturation.level": 11.3, "soft_saturation.knee": 0.9, "soft_saturation.slope": 0.5}
+    soft = there.fitted(there.with_effects([SOFT], knee), [SOFT])
+    assert soft.misfit < there.noise_known
+    assert bare.advantage(soft) < -50.0
+    ahead = max(there.fuller(plain, [soft, bare]), key=lambda h: h.advantage(soft))
+    assert ahead.effects == (RESISTOR,)
+    assert ahead.advantage(soft) > 0.0
+
+
+def test_a_law_as_good_as_the_best_is_given_no_number_more() -> None:
+    there, true = diode(13.0, 0.7, 0.25)
+    plain, bare = there.fitted(there.plain, ()), there.fitted(there.with_effects([BARE], true), [BARE])
+    assert there.fuller(plain, [bare]) == []
