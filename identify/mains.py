@@ -5,15 +5,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identify.chain import local_name
 from identify.effects.effect import Effect
 from identify.evidence import Evidence
-from identify.spectrum import matched
+from identify.spectrum import ALIKE, Turning, matched
 from identify.trace import Array
 
-Turning = NDArray[np.complex128]
 RANGE_HZ = 0.5  # from the mains' own frequency: a weak grid, and a DAQ's clock
 FINER = 8.0  # steps of the search in one turn that a run's highest line makes less or more
 
@@ -69,7 +67,7 @@ class Mains:
             turned = self._answers[:, part] * turns
             rows = np.stack([turned.imag, turned.real], axis=1).reshape(-1, time_s.size)
             matrix = rows @ rows.T
-            pairs = np.linalg.pinv(matrix, hermitian=True, rcond=1e-6) @ rows @ self.evidence.residual[part]
+            pairs = np.linalg.pinv(matrix, hermitian=True, rcond=ALIKE) @ rows @ self.evidence.residual[part]
             lines = pairs[::2] + 1j * pairs[1::2]
             angle, weight = float(np.angle(lines[0])), np.diag(matrix)[::2]
             found[local_name("phase", run)] = angle / self.orders[0]
@@ -107,9 +105,9 @@ class Mains:
         """
         longest_s = max(o.trace.size for o in self.evidence.observations) * self.evidence.sample_s
         told = np.zeros(2 * int(np.ceil(FINER * RANGE_HZ * longest_s * self.orders.max())) + 1)
-        residual, runs = self.evidence.residual, zip(self.evidence.parts(), self.evidence.observations, strict=True)
         seen = self.orders * (self.mains_hz + RANGE_HZ) < 0.5 / self.evidence.sample_s
-        for (_, part), o in runs:
-            for order, line in zip(self.orders[seen], self._answers[seen], strict=True):
-                told += matched(residual[part], line[part], o.use, self.evidence.sample_s, order * RANGE_HZ, told.size)
+        orders, residual, sample_s = self.orders[seen], self.evidence.residual, self.evidence.sample_s
+        for (_, part), o in zip(self.evidence.parts(), self.evidence.observations, strict=True):
+            lines = self._answers[seen][:, part]
+            told += matched(residual[part], lines, orders, o.use, sample_s, RANGE_HZ, told.size)
         return told

@@ -1,10 +1,11 @@
 """The mains: lines at 50 or 60 Hz and odd harmonics, or the even ones of a rectifier, phase free of the stimulus."""
 
 from dataclasses import replace
+from math import sqrt
 from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.stats import chi2, f
 
 from identify import kernels
 from identify.altered_play import Law
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 MAINS_HZ = (50.0, 60.0)
 NO_MAINS_HZ = 55.0
 BY_CHANCE = 1e-3  # probability at which noise would stand out so
+NOISE_OFF = 3.0  # sd of chi-squared of white noise by which it may be off
 SEARCHED = 12  # numbers that two frequencies are worth to noise alone, each found within 1 Hz, in runs of up to 60 s
 A_LINE = 1.5  # the same of a line's size and angle in a run: sizes are those of all runs, angles hang together
 LINES = {
@@ -139,5 +141,20 @@ class Hum(InsidePlay):
         seen = [mains for mains in near if chi2.sf(mains.told, freedom) < BY_CHANCE]
         if not seen:
             return []
-        beside = max(Mains(evidence, self, self.lines, NO_MAINS_HZ).told / freedom, 1.0)
-        return [mains.values() for mains in seen if chi2.sf(mains.told / beside, freedom) < BY_CHANCE]
+        elsewhere = Mains(evidence, self, self.lines, NO_MAINS_HZ).told
+        return [mains.values() for mains in seen if _by_chance(evidence, mains.told, elsewhere, freedom) < BY_CHANCE]
+
+
+def _by_chance(evidence: "Evidence", told: float, elsewhere: float, freedom: int) -> float:
+    """Return how likely a residual that hangs together would let lines explain so much of it.
+
+    Those at no mains' frequency say how many numbers it is worth: each would explain as much as another then, and what
+    lines explain over what they leave beyond white noise has the distribution of Fisher's F.
+    """
+    count, level = sum(o.count for o in evidence.observations), max(elsewhere, float(freedom))
+    total, white = float(evidence.residual @ evidence.residual), NOISE_OFF * sqrt(2.0 * count)
+    rest = freedom * (total / level - 1.0)
+    if rest <= 0.0:
+        return 1.0
+    left, otherwise = (max(total - one - count, 0.0) + white for one in (told, level))
+    return float(f.sf(told / level * otherwise / left, freedom, rest))

@@ -7,10 +7,16 @@ from scipy.signal import lfilter
 from identify.effects import catalogue, chain_of
 from identify.effects.hum import MAINS_HZ
 from identify.explain.bench import Bench
+from identify.explain.explain import prepared
+from identify.holdout import split
 from identify.mains import Mains
+from identify.spectrum import matched
 from identify.stage import Place
 from identify.trace import Trace
+from tests.proof.ask import known_effects, parted
+from tests.proof.bench import record
 from tests.proof.rigs import RC
+from tests.proof.trial import Key, drawn
 from tests.trials import model_of, observed
 
 NOISE_V = 0.01
@@ -75,3 +81,41 @@ def test_a_line_is_not_told_from_the_mains_by_one_too_fast_for_the_samples():
     (start,) = HUMS[0].starts(bench.evidence(bench.fitted(bench.plain, ())))
     assert start["frequency"] == pytest.approx(60.41, abs=0.02)
     assert start["amplitude"] == pytest.approx(0.01, rel=0.1)
+
+
+def trial(key):
+    """Return what the plain model leaves of a sealed trial, and the trial."""
+    case = drawn(key, known_effects())
+    model = model_of(case.nominal)
+    bench, plain = prepared(model, split(model, *parted(record(case))))
+    return bench.evidence(plain), case
+
+
+def test_mains_at_v_stand_out_of_the_plateaus_that_the_gap_makes_of_them():
+    """Lines at 55 Hz explain four tenths of these plateaus, too, but what they leave is twice that."""
+    evidence, case = trial(Key(61, "single", "hum", 0))
+    (start,) = catalogue()["hum"](Place.G1, "").starts(evidence)
+    assert start["frequency"] == pytest.approx(case.expected[0].parameters["frequency"], abs=0.02)
+
+
+def test_noise_at_v_that_the_gap_makes_plateaus_of_is_no_mains():
+    evidence, _ = trial(Key(50, "single", "process_noise", 1))
+    assert float(np.mean(np.square(evidence.residual))) > 1000.0
+    hums = [catalogue()["hum"](place, form) for place in (Place.G1, Place.F) for form in catalogue()["hum"].forms]
+    assert [start for hum in hums for start in hum.starts(evidence)] == []
+
+
+def test_lines_that_make_nearly_the_same_explain_it_once():
+    """Against least squares at every frequency, of lines that a gap has made alike, and of some samples that count."""
+    rng, rate_hz, size = np.random.default_rng(5), 1000.0, 4000
+    use = rng.random(size) < 0.8
+    t, orders = np.flatnonzero(use) / rate_hz, np.array([1, 3])
+    shared = rng.normal(size=t.size) + 1j * rng.normal(size=t.size)
+    lines = np.stack([np.exp(2j * np.pi * 50.0 * t) + shared, 0.5 * shared + 0.1 * np.exp(2j * np.pi * 150.0 * t)])
+    residual = rng.normal(size=t.size) + 0.3 * shared.real
+    told = matched(residual, lines, orders, use, 1.0 / rate_hz, 0.5, 9)
+    for off_hz, fall in zip(np.linspace(-0.5, 0.5, 9), told, strict=True):
+        turning = lines * np.exp(2j * np.pi * np.outer(orders * off_hz, t))
+        rows = np.concatenate([turning.real, turning.imag])
+        left = residual - np.linalg.lstsq(rows.T, residual)[0] @ rows
+        assert fall == pytest.approx(float(residual @ residual - left @ left), rel=0.02)
