@@ -249,14 +249,15 @@ class Bench:
     def fuller(self, base: Hypothesis, tried: Sequence[Hypothesis]) -> list[Hypothesis]:
         """Fit forms with one parameter more of what came near the best, where the best leaves more than noise.
 
-        Where it does not, of what is behind it by more than chance: no law is shut out for a value it was not given.
+        Where it may not, of the best, which is not to be mended by a second law, and of what is behind it by more than
+        chance: no law is shut out for a value it was not given.
         """
         best = min(tried, key=lambda h: h.chi2, default=base)
         least, reach = -inf, FAR * (base.chi2 - best.chi2)
         if best.misfit < self.noise_known:
             least, reach = OPEN, min(reach, FULLER)
         known, found = {h.effects[-1] for h in tried}, []
-        for h in (h for h in tried if least < h.chi2 - best.chi2 < reach):
+        for h in (h for h in tried if h is best or least < h.chi2 - best.chi2 < reach):
             for more in (form for form in h.effects[-1].fuller() if form not in known):
                 known.add(more)
                 found.append(self.reformed(h, h.effects[-1], more))

@@ -28,6 +28,7 @@ LAG_SD = 0.1  # samples: how well the lag on either side of a loss has to be kno
 NEAR = 0.03  # of the run's movement, looked at on either side at least: whole edges, not the start of one
 LAG_OFF = 0.3  # samples by which it may differ once the loss is mended
 PART_OF_PERIOD = 0.7  # of a stimulus, up to which a loss is told from readings taken twice
+NEIGHBOURS = 8  # readings that are off together
 STRETCHES = 40  # of a recording, over which sums show what hangs together
 SHIFTS = (-3, -2, -1, 1, 2, 3)  # samples by which the whole recording may lie off: a delay, not a loss
 DROP = 3.84  # of chi-squared at the ends of a 95 % interval
@@ -107,8 +108,11 @@ def loss_in(trace: Trace, answer: Array, noise_v: float, rough: bool = False) ->
     if gains[count - 1] < (CONVINCING + price) * scatter**2:
         return None
     first = int(at[count - 1])
-    proof = (_gain(y, answer, use & ~even, first, count) - _as_delay(y, answer, use & ~even)) / scatter**2
-    if proof < CONVINCING or not (rough or _in_time(y, answer, use, first, count, scatter)):
+    others = use & ~even
+    proof = (_gain(y, answer, others, first, count) - _as_delay(y, answer, others)) / scatter**2
+    if proof < CONVINCING or not _certain(y, answer, others, first, count, CONVINCING + price):
+        return None
+    if not (rough or _in_time(y, answer, use, first, count, scatter)):
         return None
     first, low, high = _placed(y, answer, use, count, scatter)
     return Loss(trace, first, count, low, high, proof)
@@ -160,6 +164,19 @@ def _gain(y: Array, answer: Array, use: Mask, at: int, count: int) -> float:
     here, stop = slice(at, y.size - count), y.size - count
     fall = np.square(y[here] - answer[here]) - np.square(y[here] - answer[at + count : stop + count])
     return float(np.sum(fall[use[here]]))
+
+
+def _certain(y: Array, answer: Array, use: Mask, at: int, count: int, convincing: float) -> bool:
+    """Return whether the answer moved by the loss is in the readings, beyond what the misfit it leaves makes of that.
+
+    Of a coarse ADC most readings are where the model has them, and few are off, each by a whole step, with its
+    neighbours: there a few readings decide by how much a sum of squares falls.
+    """
+    here, stop = slice(at, y.size - count), y.size - count
+    moved = np.where(use[here], answer[at + count : stop + count] - answer[here], 0.0)
+    along, left = (moved * (y[here] - one) for one in (answer[here], answer[at + count : stop + count]))
+    groups = np.add.reduceat(left, np.arange(0, left.size, NEIGHBOURS))
+    return float(np.sum(along)) ** 2 > convincing * float(groups @ groups)
 
 
 def _in_time(y: Array, answer: Array, use: Mask, at: int, count: int, scatter: float) -> bool:

@@ -25,16 +25,19 @@ from identify.readings.coloured_noise import (
     told_by,
 )
 from identify.readings.grid import COARSE, adc_steps
-from identify.readings.mend import mended
+from identify.readings.mend import answer, mended
 from identify.readings.missing_samples import MissingSamples, loss_in, with_gap
 from identify.readings.spectra import lines_of, power_of, spectra
 from identify.readings.spikes import outliers, spikes
 from identify.stage import Place
 from identify.trace import Step, Trace
 from tests.contract.test_effects import STAGES, UNITS
+from tests.proof.ask import known_effects, parted
+from tests.proof.bench import record
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
 from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
+from tests.proof.trial import Key, drawn
 from tests.trials import model_of, recorded
 
 NOISE_V = OP_AMP.noise_v
@@ -194,6 +197,19 @@ def test_a_delay_by_a_part_of_a_sample_is_no_loss_of_nine_periods(rough):
     assert loss_in(sine, answer, 0.01, rough) is None
     lost = replace(sine, y=np.concatenate((sine.y[:5000] - late[:5000] + answer[:5000], answer[5020:], answer[:20])))
     assert rough or loss_in(lost, answer, 0.01) is not None
+
+
+def test_what_a_coarse_adc_leaves_is_no_loss():
+    """A few readings are off there, each by a whole step: moved by whole periods of the sine, fewer are."""
+    case = drawn(Key(61, "single", "adc_quantisation", 1), known_effects())
+    model = model_of(case.nominal)
+    data = split(model, *parted(record(case)))
+    bench, plain = prepared(model, data)
+    traces = [o.trace for o in bench.observations]
+    answers = [answer(plain.fit.chain, trace, data.noise.rms_v) for trace in traces]
+    assert [loss_in(trace, own, data.noise.rms_v, rough=True) for trace, own in zip(traces, answers, strict=True)] == (
+        [None] * len(traces)
+    )
 
 
 def test_one_spike_far_out_is_enough():
