@@ -72,9 +72,9 @@ def read(
     """Return the recordings as they are to be explained; ``prepared`` fits the plain model.
 
     A rough look, a fit without what it shows, a close look: until the close one confirms the rough one, or is all
-    there is. What is seen while the plain model leaves much more than the readings' blemishes waits for a chain that
-    explains the rest; given one, they are looked at against it alone. A loss of which only a rough look tells counts
-    where nothing is left without it, or where it is to be held.
+    there is. What is seen while the plain model leaves much more than the readings' blemishes, and than noise may make,
+    waits for a chain that explains the rest; given one, they are looked at against it alone. A loss of which only a
+    rough look tells counts where nothing is left without it, or where it is to be held.
     """
     raw = split(model, traces, hold_out)
     bench, before = prepared(raw)
@@ -95,7 +95,8 @@ def read(
     close, rough = _looked(before.fit.chain, recorded, raw.noise.rms_v, look.leave_out, fitted)
     found = undone(close)
     if close.found:
-        return undone(recorded) if found.plain.misfit > WORTH * before.misfit else found
+        plain = found.plain
+        return undone(recorded) if plain.proven and plain.misfit > WORTH * before.misfit else found
     if not _lost(rough.found) or _coloured(found.found):
         return found  # noise that hangs together looks like a loss to a rough look
     mended_roughly = undone(rough)
