@@ -20,7 +20,7 @@ from identify.trace import Array
 if TYPE_CHECKING:
     from identify.evidence import Evidence
 
-COARSEST, FINEST = 16, 1 << 17  # steps in the range of u: 4 to 17 bits
+COARSEST, FINEST = 16, 1 << 19  # steps in the range of u: 4 to 19 bits
 MOST, RARE = 32, 0.04  # levels that are looked at, and the share of the commonest one's samples that each has at least
 SMALL = 1e-4  # of the range of u: the change of a level that is passed on
 ROOM = 10.0  # sizes compared for every tooth more in the range of the levels
@@ -73,7 +73,7 @@ class Comb:
         return np.concatenate(found)
 
     def best(self, range_v: float, count: int) -> list[float]:
-        """Return the steps, V, of 4 to 17 bits in the range of u that promise most, the best first."""
+        """Return the steps, V, of 4 to 19 bits in the range of u that promise most, the best first."""
         reach = float(np.ptp(self.levels, axis=0)) if self.levels.size > 1 else 0.0
         if reach == 0.0:
             return []

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 # The size is found by comparing all (identify.comb). A fit moves it within those that round alike, and its interval is
 # that of the errors' size: the far narrower one of the edges, along which nothing has a slope, is not told.
-LSB = Parameter("dac_quantisation.lsb", "V", scale=5e-6, within=1.00001)
+LSB = Parameter("dac_quantisation.lsb", "V", scale=5e-6, least=0.0, within=1.00001)
 WEIGHED = 3  # sizes compared with the plain parameters moved
 LARGE, SHARE = 1e3, 0.1  # fall of chi-squared, and share of what is to explain, from which a size is found more closely
 SHARES = (0.1, 0.3, 0.5, 0.7, 0.9)  # of the way through the sizes that round that alike

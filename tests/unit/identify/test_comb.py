@@ -18,14 +18,15 @@ LEVELS = np.array([-3.5, -2.87, -1.91, -1.3, -0.44, 0.31, 0.97, 1.66, 2.23, 2.81
 LSB = 0.01573
 
 
-def of_error(error, rng):
+def of_error(error, rng, noise_v=1e-5):
     """Return the comb of ten levels that are heard one by one, each with a little noise."""
-    return Comb(LEVELS, np.diag(np.full(LEVELS.size, 1e9)), 1e9 * (error + 1e-5 * rng.standard_normal(LEVELS.size)))
+    return Comb(LEVELS, np.diag(np.full(LEVELS.size, 1e9)), 1e9 * (error + noise_v * rng.standard_normal(LEVELS.size)))
 
 
-def test_the_step_is_found_among_all():
-    found = of_error(rounded(LEVELS, LSB) - LEVELS, np.random.default_rng(3)).best(20.0, 4)
-    assert found[0] == pytest.approx(LSB, rel=1e-3)
+@pytest.mark.parametrize("lsb", [LSB, 4.87e-5], ids=["10 bits", "19 bits"])
+def test_the_step_is_found_among_all(lsb):
+    found = of_error(rounded(LEVELS, lsb) - LEVELS, np.random.default_rng(3), 6e-4 * lsb).best(20.0, 4)
+    assert found[0] == pytest.approx(lsb, rel=1e-3)
     assert len(found) == len(set(found)) <= 4
 
 
