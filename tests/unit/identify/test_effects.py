@@ -540,3 +540,16 @@ def test_no_capacitor_grows_to_many_times_its_size_where_the_recordings_go(value
     chain = law.put_in(chain_of(model_of(OP_AMP)), {**values, "tau": 1e-3})
     assert law.plausible(chain, (run,)) is plausible
     assert OffsetDrift(Place.SENSE).plausible(chain, (run,))
+
+
+def test_the_width_of_a_knee_comes_out_as_it_is():
+    """As many plays as the law has side by side are few to a width that a run tells to a thousandth."""
+    knee, chain, width = catalogue()["soft_knee"](Place.F), chain_of(model_of(OP_AMP)), 0.8
+    run = recorded(OP_AMP, sine("large", 10.0, 3.4, 2, 1), (Concealed("soft_knee", {"width": width}),), 0.0, 3)
+
+    def answer(value):
+        return simulate(knee.put_in(chain, {"width": value}), run, 8)
+
+    slope = (answer(1.001 * width) - answer(0.999 * width)) / (0.002 * width)
+    off = float(slope @ (run.y - answer(width)) / (slope @ slope))
+    assert abs(off) < 1.5e-4 * width  # 2.8e-4 of sixteen plays, 0.5e-4 of the hundred of the bench
