@@ -5,7 +5,9 @@ from typing import TYPE_CHECKING, ClassVar, final
 import numpy as np
 
 from identify.blocks import run_filter
+from identify.chain import Chain
 from identify.effects.effect import Confusion, Effect
+from identify.lags import as_drawn
 from identify.stage import Grid, Parameter, Place, Run, Shape, Values
 
 if TYPE_CHECKING:
@@ -44,6 +46,10 @@ class ExtraPole(Effect):
         """Return the running lag."""
         den = (values[0], 1.0) if values[0] > 0.0 else (1.0,)
         return run_filter((1.0,), den, grid, shape)
+
+    def upright(self, chain: Chain) -> Chain:
+        """Return ``chain`` with the lag that is not drawn, and the block beside it as the rig file has it."""
+        return as_drawn(chain, self.place, TAU.name)
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the time constant, tried from a tenth of a sample to 3,000, that explains most."""

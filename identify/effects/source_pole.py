@@ -9,6 +9,7 @@ import numpy as np
 from identify.blocks import run_filter
 from identify.chain import Chain
 from identify.effects.effect import Confusion, Effect
+from identify.lags import as_drawn
 from identify.stage import Grid, Parameter, Place, Run, Shape, Values
 
 if TYPE_CHECKING:
@@ -62,6 +63,10 @@ class SourcePole(Effect):
         """Return the running lag."""
         den = (values[0], 1.0) if values[0] > 0.0 else (1.0,)
         return run_filter((1.0,), den, grid, shape)
+
+    def upright(self, chain: Chain) -> Chain:
+        """Return ``chain`` with the lag that is not drawn, and G1, with which it commutes, as the rig file has it."""
+        return as_drawn(chain, Place.G1, TAU.name)
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the time constant, tried from a tenth of a sample to a thousand, that explains most.
