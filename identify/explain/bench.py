@@ -7,7 +7,7 @@ plain parameters.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from math import inf, isfinite, log
+from math import isfinite, log
 
 import numpy as np
 from scipy.linalg import LinAlgError
@@ -17,11 +17,11 @@ from identify.chain import Chain
 from identify.effects.effect import Effect
 from identify.evidence import Evidence
 from identify.explain.chance import as_large, scatters_more
-from identify.explain.exchange import FULLER
 from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
 from identify.explain.promise import Promise, promised, together
 from identify.explain.round import (
     COMPARED,
+    FAR,
     Round,
     hopeful,
     lagging,
@@ -29,6 +29,7 @@ from identify.explain.round import (
     passed_over,
     promising,
     ranked,
+    richer,
     unforeseen,
 )
 from identify.explain.suspect import Suspect, explainable, suspects
@@ -44,8 +45,7 @@ SPRINT = 4  # iterations in which candidates are fitted side by side
 LAPS = 12
 DECISIVE = 1.0  # of chi-squared: what a candidate may still gain below this changes no odds
 STEADY = 10.0  # times what a lap gained that the laps to come may gain
-NEAR, FAR = 200.0, 0.3  # of chi-squared, and share of the best fall: a fit further behind the best is not continued
-OPEN = 9.0  # of chi-squared: a law that is behind by less is not shut out
+NEAR = 200.0  # of chi-squared: a fit further behind the best, and by FAR, is not continued
 DOUBLED = 3  # candidates of a round that are fitted again from twice their strength
 ITERATIONS = 40
 ENOUGH = 0.3  # of chi-squared: steps that gain less together change no odds
@@ -247,17 +247,9 @@ class Bench:
         return found
 
     def fuller(self, base: Hypothesis, tried: Sequence[Hypothesis]) -> list[Hypothesis]:
-        """Fit forms with one parameter more of what came near the best, where the best leaves more than noise.
-
-        Where it may not, of the best, which is not to be mended by a second law, and of what is behind it by more than
-        chance: no law is shut out for a value it was not given.
-        """
-        best = min(tried, key=lambda h: h.chi2, default=base)
-        least, reach = -inf, FAR * (base.chi2 - best.chi2)
-        if best.misfit < self.noise_known:
-            least, reach = OPEN, min(reach, FULLER)
+        """Fit forms with one parameter more of what such a one may bring ahead."""
         known, found = {h.effects[-1] for h in tried}, []
-        for h in (h for h in tried if h is best or least < h.chi2 - best.chi2 < reach):
+        for h in richer(base, tried):
             for more in (form for form in h.effects[-1].fuller() if form not in known):
                 known.add(more)
                 found.append(self.reformed(h, h.effects[-1], more))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from identify.effects.effect import Effect
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.round import COMPARED, Round
+from identify.explain.round import COMPARED, FULLER, Round
 
 if TYPE_CHECKING:
     from identify.explain.bench import Bench
@@ -19,7 +19,6 @@ EXCHANGED = 7  # rivals that an effect chosen early is exchanged for
 CROSSED = 3  # pairs of laws that are fitted in the place of the last two
 MISTAKEN = 0.02  # of what was explained: by as much first order may be mistaken about such a pair
 LAPS = 12  # iterations after which an exchange that is far behind is not fitted further
-FULLER = 500.0  # of chi-squared: by as much one more value of a law may bring it ahead
 
 
 def exchanged(bench: "Bench", hypothesis: Hypothesis, rounds: Sequence[Round], needed: float = inf) -> Hypothesis:

@@ -95,8 +95,7 @@ def read(
     close, rough = _looked(before.fit.chain, recorded, raw.noise.rms_v, look.leave_out, fitted)
     found = undone(close)
     if close.found:
-        plain = found.plain
-        return undone(recorded) if plain.proven and plain.misfit > WORTH * before.misfit else found
+        return undone(recorded) if found.plain.proven and found.plain.misfit > WORTH * before.misfit else found
     if not _lost(rough.found) or _coloured(found.found):
         return found  # noise that hangs together looks like a loss to a rough look
     mended_roughly = undone(rough)

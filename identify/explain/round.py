@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 
 from scipy.stats import chi2 as chi2_distribution
 
@@ -23,6 +24,9 @@ NEARLY = 0.9  # share of the best promise that the samples' own grid, on which p
 FORETOLD = 0.7  # share of what chance would explain, from which a law that foretells it is believed first
 COMPARED = 60.0  # of twice the log of odds: what is further behind is as good as excluded
 SLACK = 30.0  # times the probability at which chance is excluded, up to which a candidate is fitted
+FAR = 0.3  # share of the best fall by which a fit may be behind and still come near
+OPEN = 9.0  # of chi-squared: a law that is behind by less is not shut out
+FULLER = 500.0  # of chi-squared: by as much one more value of a law may bring it ahead
 HOPELESS = -1000.0  # of the criterion: an effect this far behind when it was tried is not tried again
 
 
@@ -95,6 +99,19 @@ def ranked(base: Hypothesis, tried: Sequence[Hypothesis]) -> tuple[Hypothesis, .
         foretold = [h for h in found if h.swell == 1.0 and not h.proven and base.chi2 - h.chi2 > FORETOLD * told]
         found.sort(key=lambda h: h not in foretold)
     return tuple(found)
+
+
+def richer(base: Hypothesis, tried: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Return what one more parameter of its law may bring ahead: all near a best fit that leaves more than noise.
+
+    Where it may leave none, the best, which is not to be mended by a second law, and what is behind it by more than
+    chance: no law is shut out for a value it was not given.
+    """
+    best = min(tried, key=lambda h: h.chi2, default=base)
+    least, reach = -inf, FAR * (base.chi2 - best.chi2)
+    if best.misfit < best.noise_known:
+        least, reach = OPEN, min(reach, FULLER)
+    return [h for h in tried if h is best or least < h.chi2 - best.chi2 < reach]
 
 
 def hopeful(screened: Sequence[Candidate], runs: int) -> list[Candidate]:
