@@ -18,7 +18,7 @@ def as_drawn(chain: Chain, place: Place, lag: str) -> Chain:
     """Return ``chain`` with the time constant ``lag``, in s, exchanged with a pole of the block at ``place``.
 
     The block is then as near as can be to its values in the rig file, in the sum of squares of logs. The chain itself
-    is returned where it is that already, or where there is no such block.
+    is returned where it is that already, where there is no such block, or where one of its values is held.
     """
     block = next((s for s in chain.stages if isinstance(s, LinearBlock) and s.place is place), None)
     order = len(block.start.den) - 1 if block is not None else 0
@@ -26,6 +26,8 @@ def as_drawn(chain: Chain, place: Place, lag: str) -> Chain:
         return chain
     names, drawn = [p.name for p in block.coefficients()[:order]], np.log(block.start_values()[:order])
     now = np.array([chain.values[name] for name in names])
+    if np.any(now == block.start_values()[:order]):  # no fit leaves a value where it was
+        return chain
     least, best = float(np.sum(np.square(np.log(now) - drawn))), chain
     poles = np.roots(product(block.parts(chain.of(block, ""))))
     for i in np.flatnonzero(np.abs(poles.imag) < REAL * np.abs(poles)).tolist():

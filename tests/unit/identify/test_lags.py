@@ -74,3 +74,11 @@ def test_a_block_without_poles_and_a_lag_of_none_stay():
     assert as_drawn(found, Place.G2, "extra_pole.tau") is found
     none = found.with_values({"extra_pole.tau": 0.0})
     assert as_drawn(none, Place.G2, "extra_pole.tau") is none
+
+
+def test_a_block_of_which_a_value_is_held_stays():
+    drawn, mistaken = den(1.04 * 4e-3, 1.1e-3), den(NEW_S, 1.1e-3)
+    found = chain(Place.G1, drawn, mistaken, 4e-3, "extra_pole")
+    assert as_drawn(found, Place.G1, "extra_pole.tau") is not found
+    held = found.with_values({"G1.den.s1": at(found, Place.G1).start_values()[1]})
+    assert as_drawn(held, Place.G1, "extra_pole.tau") is held
