@@ -49,6 +49,8 @@ def matched(
     is, of the samples in ``use`` (N,): shape (lines, samples used). Behind a gap two may make nearly the same.
     """
     size = orders.size
+    if size == 0:
+        return np.zeros(count)
     one, other = np.triu_indices(size)
     against = turned(np.asarray(residual * np.conj(lines)), use, sample_s, orders * widest_hz, count)
     crossed = np.concatenate([np.conj(lines[one]) * lines[other], np.conj(lines[one] * lines[other])])

@@ -83,6 +83,16 @@ def test_a_line_is_not_told_from_the_mains_by_one_too_fast_for_the_samples():
     assert start["amplitude"] == pytest.approx(0.01, rel=0.1)
 
 
+@pytest.mark.parametrize("rate_hz", [80.0, 100.0, 200.0])
+def test_of_mains_too_fast_for_the_samples_nothing_is_told(rate_hz):
+    """At 200 Hz the first line of the mains is still seen, no line of a rectifier is; at 100 Hz none is."""
+    bench = idle((10.0,) * 2, 3, 0.05, 50.1, rate_hz=rate_hz)
+    evidence = bench.evidence(bench.fitted(bench.plain, ()))
+    found = [hum.starts(evidence) for hum in HUMS]
+    assert found[1] == []
+    assert [round(start["frequency"], 1) for start in found[0]] == ([50.1] if rate_hz == 200.0 else [])
+
+
 def trial(key):
     """Return what the plain model leaves of a sealed trial, and the trial."""
     case = drawn(key, known_effects())
