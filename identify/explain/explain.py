@@ -68,6 +68,9 @@ def _explained(
     note("fitting the plain model", 0.02)
     readings = read(model, traces, hold_out, lambda data: prepared(model, data, look.leave_out), look)
     data, bench, plain = readings.data, readings.bench, readings.plain
+    held = _beside_losses(model, traces, hold_out, note, replace(look, held=True)) if readings.doubtful else None
+    if held is not None:
+        return held
     note("locating the mismatch", 0.1)
     seen = surveyed(bench, plain)
     found = _found(readings, note, look)
@@ -82,7 +85,7 @@ def _explained(
     data = replace(data, test=tuple(refined(o, earned.hypothesis.fit.chain) for o in test))
     kept, dropped = confirmed(bench, earned, data.test)
     reading, again = _looked_again(readings, kept, data, look)
-    other = _seen_again(model, traces, hold_out, note, again) if again is not None else None
+    other = _explained(model, traces, hold_out, note, again) if again is not None else None
     if other is not None and (other.verdict == "explained" or not kept.hypothesis.effects):
         return other
     note("done", 1.0)
@@ -106,14 +109,6 @@ def _found(readings: Readings, note: Note, look: Look) -> Selected | Chain:
     if look.against is None and not bench.carried and hides_noise(readings, bench, final, look.leave_out):
         return final.fit.chain
     return bench, final, rounds
-
-
-def _seen_again(
-    model: Model, traces: Sequence[Trace], hold_out: Sequence[Trace], note: Note, look: Look
-) -> Explanation | None:
-    """Return what a second look at the readings tells; None where it was a guess that does not hold."""
-    way = _beside_losses if look.held else _explained
-    return way(model, traces, hold_out, note, look)
 
 
 def _beside_losses(
@@ -151,8 +146,6 @@ def _looked_again(
         reading = replace(reading, found=tuple(b for b in reading.found if b.id not in after - before))
     elif look.against is None and (after - before or counts_another(readings, reading)):
         return reading, replace(look, against=improved)  # what the mismatch had hidden or shown wrongly
-    if kept.beyond.significant and readings.doubtful:
-        return reading, replace(look, held=True)
     return reading, None
 
 

@@ -129,7 +129,7 @@ def _looked(
     for _ in range(LOOKS):
         if not rough.found or seen.found:
             break
-        chain, last = fitted(rough), rough
+        chain, last = fitted(rough.in_time()), rough
         seen = mended(chain, *runs, noise_v, leave_out)
         rough = mended(chain, *runs, noise_v, leave_out, rough=True)
         if rough.found == last.found:

@@ -16,11 +16,25 @@ from identify.trace import Array, Trace
 
 @dataclass(frozen=True)
 class Mended:
-    """Recordings without their blemishes, in the order given, and the blemishes."""
+    """Recordings without their blemishes, in the order given, the blemishes, and where each lost readings."""
 
     training: tuple[Trace, ...]
     proof: tuple[Trace, ...]
     found: tuple[Blemish, ...]
+    lost_from: tuple[int | None, ...] = ()
+
+    def in_time(self) -> "Mended":
+        """Return recordings up to where readings were lost; whole where less than half of those fitted would be left.
+
+        A model that a loss has led astray tells too few lost readings, and these lead the next one astray; up to there
+        no count does.
+        """
+        traces = (*self.training, *self.proof)
+        ends = self.lost_from or (None,) * len(traces)
+        before = tuple(t if at is None else without(t, slice(at, None)) for t, at in zip(traces, ends, strict=True))
+        training, proof = before[: len(self.training)], before[len(self.training) :]
+        whole, left = (sum(int(np.count_nonzero(good(t))) for t in part) for part in (self.training, training))
+        return replace(self, training=training, proof=proof) if 2 * left > whole else self
 
 
 def mended(
@@ -34,6 +48,7 @@ def mended(
     """
     found: list[Blemish] = []
     traces = [*training, *proof]
+    losses: list[Loss | None] = [None] * len(traces)
     answers = [answer(chain, trace, noise_v) for trace in traces]
     if "missing_samples" not in leave_out:
         losses = [loss_in(trace, answer, noise_v, rough) for trace, answer in zip(traces, answers, strict=True)]
@@ -48,7 +63,8 @@ def mended(
         if told:
             found += told
             traces = [without(t, o.beyond(threshold)) for t, o in zip(traces, seen, strict=True)]
-    return Mended(tuple(traces[: len(training)]), tuple(traces[len(training) :]), tuple(found))
+    runs = tuple(traces[: len(training)]), tuple(traces[len(training) :])
+    return Mended(*runs, tuple(found), tuple(loss.low if loss else None for loss in losses))
 
 
 def answer(chain: Chain, trace: Trace, noise_v: float) -> Array:
@@ -63,7 +79,7 @@ def _surest(losses: Sequence[Loss | None]) -> list[Loss | None]:
     return [loss if loss and loss.proof == most else None for loss in losses]
 
 
-def without(trace: Trace, samples: Samples) -> Trace:
+def without(trace: Trace, samples: Samples | slice) -> Trace:
     """Return a recording in which some samples do not count."""
     valid = np.array(good(trace))
     valid[samples] = False

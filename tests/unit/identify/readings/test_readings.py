@@ -14,6 +14,7 @@ from identify.explain.explain import explain, prepared
 from identify.explain.readings import Look, counts_another, hides_noise, loses, read, reread, suspected
 from identify.holdout import settling_s, split
 from identify.interval import Interval
+from identify.noise import good
 from identify.readings import blemishes
 from identify.readings.blemish import Blemish
 from identify.readings.coloured_noise import (
@@ -122,6 +123,28 @@ def test_readings_lost_beside_physics_are_held_until_that_is_explained():
     more = MissingSamples({**loss.values, "count": Interval(10.0, 10.0, 10.0)}, loss.p_value, loss.where)
     assert counts_another(held, replace(held, found=(more,)))
     assert counts_another(held, replace(held, found=()))
+
+
+def test_as_many_readings_are_put_back_as_were_lost_though_the_loss_has_led_the_model_astray():
+    """Of six lost, a model that is late by half of them tells three, then of four tells five, and stays there."""
+    case = drawn(Key(65, "single", "missing_samples", 1), known_effects())
+    model = model_of(case.nominal)
+    seen = read(model, *parted(record(case)), lambda data: prepared(model, data), Look())
+    assert [loss.values["count"].value for loss in seen.found] == [case.expected[0].parameters["count"]] == [6.0]
+
+
+def test_a_model_is_fitted_to_what_came_before_a_loss_where_that_is_half_of_all():
+    lost = Concealed("missing_samples", {"position": 3.4, "count": 9.0})
+    runs = [recording(seed=1), recording(lost, stimulus=SINE, seed=2)]
+    rough = mended(CHAIN, runs, runs[1:], NOISE_V, rough=True)
+    before = rough.in_time()
+    counted = [int(np.count_nonzero(good(trace))) for trace in (*before.training, *before.proof)]
+    at = round((3.4 - runs[1].start_s) * runs[1].rate_hz)
+    assert counted == [runs[0].size, pytest.approx(at, abs=500), pytest.approx(at, abs=500)]  # half a period
+    early = mended(CHAIN, runs[1:], [], NOISE_V, rough=True)
+    assert early.found
+    assert early.in_time() is early
+    assert mended(CHAIN, runs[:1], [], NOISE_V).in_time().training[0].size == runs[0].size
 
 
 def test_a_loss_before_the_last_edge_is_told_where_nothing_else_is_left():
