@@ -53,6 +53,13 @@ def test_a_loss_that_a_lag_hides_is_asked_first_and_all_the_rest_once(monkeypatc
     assert searched == [1]
 
 
+def test_a_wandering_level_is_not_taken_for_noise_in_front_of_the_gap():
+    """Noise of a slope near 2 makes repeats differ nearly as such noise does, which was told with 0.997."""
+    case = drawn(Key(65, "single", "coloured_noise", 2), known_effects())
+    told = explain(model_of(case.nominal), *parted(record(case)))
+    assert (told.verdict, [finding.id for finding in told.effects]) == ("explained", ["coloured_noise"])
+
+
 def test_blemishes_are_looked_for_beside_what_is_unnamed_but_not_beside_what_goes_with_the_clock():
     """Lines that nobody named look like coloured noise; a drift of free form would be that noise."""
     rippled = (Concealed("reference_ripple", {"share": 0.03, "frequency": 93.9}),)
