@@ -94,20 +94,15 @@ class Bench:
             if seen == before or alike(before, seen):
                 break
             found = self._searched(found.chain, effects, seen, iterations)
-        left, swell = self._left(found.chain, effects, seen)
+        left, swell = without_chance(found.chain, effects, seen, self.noise_known)
         count = sum(o.count for o in self.observations)
         return Hypothesis(tuple(effects), found, left, count, self.noise_known, swell)
 
     def finely(self, hypothesis: Hypothesis) -> Hypothesis:
         """Return a hypothesis fitted to its end on the grids of the bench: slopes there tell how sure values are."""
         found = self._searched(hypothesis.fit.chain, hypothesis.effects, self.observations, ITERATIONS, 0.0)
-        left, swell = self._left(found.chain, hypothesis.effects, self.observations)
+        left, swell = without_chance(found.chain, hypothesis.effects, self.observations, self.noise_known)
         return replace(hypothesis, fit=found, chi2=left, swell=swell)
-
-    def _left(self, chain: Chain, effects: Sequence[Effect], seen: Sequence[Observation]) -> tuple[float, float]:
-        """Return chi-squared without what effects make by chance, and how that swells; weights have it in them."""
-        by_chance = () if self.carried and self.carried.law in effects else effects
-        return without_chance(chain, by_chance, seen, self.noise_known)
 
     def _searched(
         self, chain: Chain, effects: Sequence[Effect], seen: tuple[Observation, ...], iterations: int,
@@ -277,7 +272,8 @@ class Bench:
         effect = promise.candidate.effect
         apart = promise.chain.with_values(base.fit.chain.values)
         start = min((promise.chain, apart), key=lambda c: sum(chi_squared(c, o) for o in self.observations))
-        effects, angles = (*base.effects, effect), angles_of(effect.parameters())  # those of others are fitted already
+        effects = (*base.effects, effect)
+        angles = angles_of(effect.parameters())  # those of others are fitted already
         found = self.fitted(scanned(start, self.observations, angles), effects, SPRINT)
         for _ in range(TURNS):
             turned = scanned(effect.upright(found.fit.chain), self.observations, angles)

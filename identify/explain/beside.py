@@ -45,8 +45,7 @@ def selected_beside(bench: Bench, plain: Hypothesis, note: Note) -> Selected | N
         return None
     if len(final.effects) > 1:
         beside, final = weighed_again(beside, final)
-    rest = tuple(effect for effect in final.effects if effect != law)
-    without = bench.fitted(bench.with_effects(rest, final.fit.chain.values), rest)
+    without = bench.without(final, law)
     foretold = [h for h in bench.round(without).tried if not h.effects[-1].by_chance][:CLOSELY]
     ended = [bench.fitted(h.fit.chain, h.effects) for h in foretold]
     if min(price(bench, h) for h in (without, *ended)) < price(beside, final):

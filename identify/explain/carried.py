@@ -116,8 +116,7 @@ def rougher(bench: Bench, better: Hypothesis, effect: Effect) -> float:
 
 def price(bench: Bench, hypothesis: Hypothesis) -> float:
     """Return twice the negative log of the likelihood, but for a constant, and the price of what was searched."""
-    scale = sum(2.0 * o.count * log(o.noise_v / o.colour.gain) for o in bench.observations)
-    return hypothesis.chi2 + scale + _volume(bench) + hypothesis.parameters * log(hypothesis.count)
+    return hypothesis.chi2 + _volume(bench) + hypothesis.parameters * log(hypothesis.count)
 
 
 def _volume(bench: Bench) -> float:

@@ -20,8 +20,7 @@ from identify.explain.explanation import Explanation
 from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
 from identify.explain.locate import located
 from identify.explain.neighbours import resettled, settled
-from identify.explain.readings import Look, Readings, read
-from identify.explain.reread import counts_another, hides_noise, loses, rather_noise, reread, suspected
+from identify.explain.readings import Look, Readings, counts_another, hides_noise, loses, read, reread, suspected
 from identify.explain.select import selected
 from identify.explain.survey import surveyed
 from identify.explain.suspect import MOST
@@ -102,10 +101,6 @@ def _found(readings: Readings, note: Note, look: Look) -> Selected | Chain:
     bench, plain = readings.bench, readings.plain
     wanders = unrepeated(plain.fit.chain, bench.observations) > MOSTLY
     beside = selected_beside(bench, plain, note) if wanders else None
-    if beside is not None and look.against is None:
-        noise = rather_noise(readings, *beside[:2], look.leave_out)
-        if noise is not None:
-            return noise
     noisy = suspected(readings, look.leave_out) if look.against is None and beside is None else 0.0
     if noisy and selected(bench, plain, note, 1)[1].advantage(plain) < noisy:
         return plain.fit.chain

@@ -9,24 +9,29 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from identify.chain import Chain
-from identify.effects.effect import short
+from identify.effects.effect import Effect, short
 from identify.explain.bench import Bench
 from identify.explain.explanation import Finding, Location, Range
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.rivals import OTHERWISE
+from identify.explain.wander import MOSTLY, unrepeated
 from identify.holdout import Split, settling_s, split
 from identify.model import Model
 from identify.natural_units import shown_interval
-from identify.observe import Observation
+from identify.noise import good
+from identify.observe import pooled_rms
 from identify.readings.blemish import Blemish
-from identify.readings.coloured_noise import Coloured, ColouredNoise, coloured_noise
+from identify.readings.coloured_noise import ColouredNoise, against_repeats, coloured_noise, in_repeats
+from identify.readings.grid import adc_steps
 from identify.readings.mend import Mended, answer, mended
 from identify.readings.missing_samples import MissingSamples
 from identify.readings.noise_left import noise_left
 from identify.readings.range_end import RangeEnd, range_ends
+from identify.readings.spectra import spectra
 from identify.stage import Place
 from identify.trace import Trace
 
+ALL_OF_IT = 2.0  # times the energy of a noise as large as it may be, that is left at most where it is all that is left
 DOUBTED = 0.9  # share of the misfit that may be left where a loss that only a rough look shows is worth a second try
 LOOKS = 8  # at most: each look mends more of a loss that had moved the plain model
 WORTH = 0.5  # share of the plain model's misfit that may be left for its blemishes to count before it is explained
@@ -91,13 +96,13 @@ def read(
     found = undone(close)
     if close.found:
         return undone(recorded) if found.plain.proven and found.plain.misfit > WORTH * before.misfit else found
-    if not losses(rough.found) or noises(found.found):
+    if not _lost(rough.found) or _coloured(found.found):
         return found  # noise that hangs together looks like a loss to a rough look
     mended_roughly = undone(rough)
     left = mended_roughly.plain.misfit
     if look.held or left < 2.0 * bench.noise_known:
         return mended_roughly
-    return replace(found, doubtful=losses(rough.found)) if left < DOUBTED * before.misfit else found
+    return replace(found, doubtful=_lost(rough.found)) if left < DOUBTED * before.misfit else found
 
 
 def _within(
@@ -138,30 +143,109 @@ def _whitened(
     """Return the data weighed as their noise is coloured, and what tells of that; as they are where it is white."""
     noise = None
     if ColouredNoise.id not in look.leave_out:
-        left = noise_left(*less(look.against, seen, data.noise.rms_v)) if look.against is not None else None
+        left = noise_left(*_less(look.against, seen, data.noise.rms_v)) if look.against is not None else None
         noise = left or coloured_noise(seen.training, seen.proof, settle_s)  # repeats are few, what is left is all
     if noise is None:
         return data, ()
-    train, test = (in_noise(part, noise) for part in (data.train, data.test))
+    train, test = (
+        tuple(replace(o, noise_v=noise.rms_v, colour=noise.colour(o.trace)) for o in part)
+        for part in (data.train, data.test)
+    )
     return replace(data, train=train, test=test, noise=replace(data.noise, rms_v=noise.rms_v)), (noise.blemish,)
 
 
-def in_noise(observations: Sequence[Observation], noise: Coloured) -> tuple[Observation, ...]:
-    """Return observations weighed as their noise is coloured."""
-    return tuple(replace(o, noise_v=noise.rms_v, colour=noise.colour(o.trace)) for o in observations)
+def suspected(readings: Readings, leave_out: Sequence[str]) -> float:
+    """Return what speaks for coloured noise in what the plain model leaves, twice a log-likelihood.
+
+    Zero where the repeats rule that out, or where they told of it already. What they cannot tell is for physics to
+    explain better: noise has no answer to the stimulus.
+    """
+    if ColouredNoise.id in leave_out or _coloured(readings.found):
+        return 0.0
+    noise = noise_left(*_less(readings.plain.fit.chain, _as_recorded(readings), readings.data.noise.rms_v))
+    if noise is None or against_repeats(noise, spectra(readings.traces, readings.settle_s)):
+        return 0.0
+    return noise.told
 
 
-def losses(found: Sequence[Blemish]) -> tuple[Blemish, ...]:
+def hides_noise(readings: Readings, bench: Bench, hypothesis: Hypothesis, leave_out: Sequence[str]) -> bool:
+    """Return whether what a hypothesis leaves is coloured noise that repeats alone did not tell, or told wrongly."""
+    if ColouredNoise.id in leave_out:
+        return False
+    noise = noise_left(*_less(hypothesis.fit.chain, _as_recorded(readings), readings.data.noise.rms_v))
+    if noise is None or any(noise.blemish.weighs_as(b) for b in _coloured(readings.found)):
+        return False
+    if in_repeats(noise, spectra(readings.traces, readings.settle_s)):
+        return True
+    return unrepeated(hypothesis.fit.chain, bench.observations) > MOSTLY
+
+
+def reread(
+    readings: Readings, chain: Chain, explained: Sequence[Effect], leave_out: Sequence[str], settled: bool
+) -> Readings:
+    """Return the readings with the blemishes that are there against the chain that explains the rest, measured on it.
+
+    The steps of the ADC are told here, where no effect tells of them; what an effect brings along is not told again.
+    Where all is ``settled``, nothing left beyond the noise, a rough look is enough for a loss of readings.
+    """
+    own = {blemish for effect in explained for blemish in effect.brings}
+    noise = tuple(b for b in _coloured(readings.found) if b.id not in own)
+    if noise and not (_noisy(readings, chain) and _accounts(readings, chain, noise[0])):
+        noise = ()  # it was physics that does not come back with the stimulus, explained by now or not
+    recorded = (chain, readings.traces, readings.hold_out, readings.data.noise.rms_v, leave_out)
+    found = mended(*recorded).found
+    if settled and _lost(readings.found) and not _lost(found) and not noise:
+        found = (*found, *_lost(mended(*recorded, rough=True).found))
+    found = (*(b for b in readings.found if b.id == RangeEnd.id), *found, *noise)
+    if "adc_quantisation" not in (*(effect.id for effect in explained), *leave_out):
+        found = (*found, *adc_steps([*readings.traces, *readings.hold_out], readings.data.noise.rms_v))
+    return replace(readings, found=found)
+
+
+def loses(readings: Readings, chain: Chain, leave_out: Sequence[str]) -> bool:
+    """Return whether a close look against a chain finds readings that are lost."""
+    noise_v = readings.data.noise.rms_v
+    return bool(_lost(mended(chain, readings.traces, readings.hold_out, noise_v, leave_out).found))
+
+
+def counts_another(before: Readings, after: Readings) -> bool:
+    """Return whether as many readings as had been put back were not what was lost."""
+    counts = [{b.where: b.values["count"].value for b in _lost(readings.found)} for readings in (before, after)]
+    return counts[0] != counts[1]
+
+
+def _lost(found: Sequence[Blemish]) -> tuple[Blemish, ...]:
     """Return the losses of readings among blemishes."""
     return tuple(blemish for blemish in found if blemish.id == MissingSamples.id)
 
 
-def noises(found: Sequence[Blemish]) -> tuple[Blemish, ...]:
+def _coloured(found: Sequence[Blemish]) -> tuple[Blemish, ...]:
     """Return the coloured noise among blemishes."""
     return tuple(blemish for blemish in found if blemish.id == ColouredNoise.id)
 
 
-def less(chain: Chain, seen: Mended, noise_v: float) -> tuple[list[Trace], list[Trace]]:
+def _noisy(readings: Readings, chain: Chain) -> bool:
+    """Return whether the noise is coloured in what a chain leaves of the recordings, too."""
+    train, test = _less(chain, _as_recorded(readings), readings.data.noise.rms_v)
+    return coloured_noise(train, test, readings.settle_s) is not None or noise_left(train, test) is not None
+
+
+def _accounts(readings: Readings, chain: Chain, noise: Blemish) -> bool:
+    """Return whether a noise is as large as all that a chain leaves of the recordings, as far as chance allows.
+
+    Physics that goes on from repeat to repeat leaves a little of itself in their differences, and more in the whole.
+    """
+    sd, rms_v = noise.values["sd"], readings.data.noise.rms_v
+    left = [trace.y[:][good(trace)] for part in _less(chain, _as_recorded(readings), rms_v) for trace in part]
+    return pooled_rms(left) ** 2 < ALL_OF_IT * (rms_v**2 - sd.value**2 + sd.high**2)
+
+
+def _as_recorded(readings: Readings) -> Mended:
+    """Return the recordings as nothing has mended them."""
+    return Mended(readings.traces, readings.hold_out, ())
+
+
+def _less(chain: Chain, seen: Mended, noise_v: float) -> tuple[list[Trace], list[Trace]]:
     """Return recordings less what a chain answers."""
     train, test = (
         [replace(trace, y=trace.y[:] - answer(chain, trace, noise_v)) for trace in traces]

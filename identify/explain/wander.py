@@ -115,10 +115,12 @@ def without_chance(
     """Return chi-squared less what effects make by chance, and by how much that swells the noise of sums.
 
     Nothing is their making where all that is left may be noise, whose variance is known to ``noise_known``, and no more
-    than hangs together: what comes through G2 does, a noise that is larger than it was taken for does not.
+    than hangs together: what comes through G2 does, a noise that is larger than it was taken for does not. Nor is it
+    where readings are weighed beside such chance: the weights have it in them.
     """
     chi2, noise = sum(chi_squared(chain, o) for o in observations), sum(o.count for o in observations)
-    if not any(effect.by_chance for effect in effects) or not proven(chi2, noise, noise_known):
+    weighed = any(o.colour.wander is not None for o in observations)
+    if weighed or not any(effect.by_chance for effect in effects) or not proven(chi2, noise, noise_known):
         return chi2, 1.0
     together = MORE * _hanging(chain, observations)
     if not together:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 
 import numpy as np
 
@@ -29,9 +30,8 @@ class Mended:
         A model that a loss has led astray tells too few lost readings, and these lead the next one astray; up to there
         no count does.
         """
-        traces = (*self.training, *self.proof)
-        ends = self.lost_from or (None,) * len(traces)
-        before = tuple(t if at is None else without(t, slice(at, None)) for t, at in zip(traces, ends, strict=True))
+        runs = zip_longest((*self.training, *self.proof), self.lost_from)
+        before = tuple(t if at is None else without(t, slice(at, None)) for t, at in runs)
         training, proof = before[: len(self.training)], before[len(self.training) :]
         whole, left = (sum(int(np.count_nonzero(good(t))) for t in part) for part in (self.training, training))
         return replace(self, training=training, proof=proof) if 2 * left > whole else self

@@ -11,8 +11,7 @@ from identify.colour import Colour, whitening
 from identify.effects import catalogue
 from identify.effects.effect import Confusion, short
 from identify.explain.explain import explain, prepared
-from identify.explain.readings import Look, read
-from identify.explain.reread import counts_another, hides_noise, loses, reread, suspected
+from identify.explain.readings import Look, counts_another, hides_noise, loses, read, reread, suspected
 from identify.holdout import settling_s, split
 from identify.interval import Interval
 from identify.noise import good
@@ -180,12 +179,12 @@ def test_noise_that_a_model_leaves_is_hidden_in_it_where_repeats_have_its_colour
     assert not hides_noise(seen, seen.bench, seen.plain, (ColouredNoise.id,))
     assert (suspected(seen, ()) > 60.0) is hidden
     assert suspected(seen, (ColouredNoise.id,)) == 0.0
-    monkeypatch.setattr("identify.explain.reread.against_repeats", lambda noise, seen: True)
+    monkeypatch.setattr("identify.explain.readings.against_repeats", lambda noise, seen: True)
     assert suspected(seen, ()) == 0.0
 
 
 def test_noise_that_repeats_are_too_few_to_tell_is_told_where_no_law_explains_as_much(monkeypatch):
-    monkeypatch.setattr("identify.explain.reread.coloured_noise", lambda training, proof, settle_s: None)
+    monkeypatch.setattr("identify.explain.readings.coloured_noise", lambda training, proof, settle_s: None)
     monkeypatch.setattr(sys.modules[explain.__module__], "hides_noise", lambda *told: False)
     noise = Concealed("coloured_noise", {"sd": 0.006, "slope": 1.2})
     runs = [recording(noise, stimulus=stimulus, seed=seed) for seed, stimulus in enumerate((STAIRS, SINE))]
@@ -197,7 +196,7 @@ def test_noise_that_repeats_are_too_few_to_tell_is_told_where_no_law_explains_as
 @pytest.mark.parametrize(("drift_v", "told"), [(0.0, ["coloured_noise"]), (0.03, [])])
 def test_noise_that_is_less_than_what_is_left_is_not_told(monkeypatch, drift_v, told):
     """Physics that goes on from repeat to repeat may pass for noise in their differences."""
-    monkeypatch.setattr("identify.explain.reread._noisy", lambda readings, chain: True)
+    monkeypatch.setattr("identify.explain.readings._noisy", lambda readings, chain: True)
     run, model = recording(stimulus=SINE), model_of(OP_AMP)
     run = replace(run, y=run.y + drift_v * np.linspace(-1.0, 1.0, run.size))
     seen = read(model, [run], [], lambda data: prepared(model, data), Look((ColouredNoise.id,)))
