@@ -110,7 +110,7 @@ class RateMap(Correction):
     equation = "s' = s + c(ds/dt), c straight between the knots"
     quick = True
     knot_unit = "V/s"
-    places = (Place.F, Place.G2, Place.SENSE)
+    places = (Place.G1, Place.F, Place.G2, Place.SENSE)
 
     @property
     def axis(self) -> str:
@@ -131,49 +131,29 @@ class RateMap(Correction):
 
 
 @dataclass(frozen=True)
-class ClockMap(Correction):
-    """A table over clock time, added to the signal."""
+class SourceMap(Correction):
+    """A memoryless law of what the generator puts out, past the circuit: a natural cubic spline over u."""
 
-    form = "drift of the offset"
-    kind = "a drift of the offset"
-    equation = "s' = s + c(t), c straight between the knots, t the clock"
-    knot_unit = "s"
-    places = (Place.G1, Place.F, Place.SENSE)
-
-    @property
-    def axis(self) -> str:
-        """Return the coordinate."""
-        return "clock time"
-
-    def summed(self, values: Values, grid: Grid) -> Run:
-        """Return the signal plus the table."""
-        return lambda block: np.asarray(block.signal + np.interp(block.time_s(), self.knots, values))
-
-
-@dataclass(frozen=True)
-class Moments(ClockMap):
-    """A table over clock time that is zero but at single moments."""
-
-    form = "single moments"
-    kind = "something that happens at single moments"
-
-
-@dataclass(frozen=True)
-class GainMap(Correction):
-    """A table over clock time, by which the signal grows."""
-
-    form = "drift of the gain"
-    kind = "a drift of the gain"
-    equation = "s' = s (1 + c(t)), c straight between the knots, t the clock"
-    knot_unit = "s"
-    weights = (("grow", "V/V"),)
-    places = (Place.G1, Place.F, Place.SENSE)
+    form = "map of the source"
+    kind = "a law of the source voltage, past the circuit"
+    equation = "s' = s + c(u), c a cubic spline through the knots"
+    knot_unit = "V"
+    places = (Place.SENSE,)
+    least = 4
+    even = True
 
     @property
     def axis(self) -> str:
         """Return the coordinate."""
-        return "clock time"
+        return LEVELS[Place.SOURCE]
 
     def summed(self, values: Values, grid: Grid) -> Run:
-        """Return the signal times one plus the table."""
-        return lambda block: np.asarray(block.signal * (1.0 + np.interp(block.time_s(), self.knots, values)))
+        """Return the signal plus the spline of the source voltage."""
+        rows, first, step = spline(self.knots, self.split(values)[0]), self.knots[0], self.knots[1] - self.knots[0]
+
+        def run(block: Block) -> Array:
+            out = np.empty_like(block.source)
+            kernels.plus_curve(first, step, rows, block.source, out)
+            return np.asarray(block.signal + out - block.source)
+
+        return run
