@@ -18,7 +18,7 @@ from identify.trace import Array
 from identify.unnamed.correction import UNNAMED, Correction
 from identify.unnamed.linear import Bypass, Filter, OneWay, SlowFilter
 from identify.unnamed.lines import GapRipple, Line, Ripple
-from identify.unnamed.maps import LevelMap, RateMap, SourceMap
+from identify.unnamed.maps import LevelMap, RateMap, SourceMap, Trailing
 from identify.unnamed.memory import BorderMap, GapAfterTurn, GapOverRate, Hysteresis, Leak, Plateau, Relays
 from identify.unnamed.modulation import GapAfterLoad, Heated, Sag, Swiftness, Warming
 from identify.unnamed.timed import (
@@ -35,12 +35,14 @@ from identify.unnamed.timed import (
     Timed,
 )
 
+FINE = 24  # of a map of the level that turns more often
 KNOTS = 10  # of a map of the level where it is one of many: with more, each run has levels of its own
 FINER = (16, 28)  # of one that is fitted: the data choose
 TAUS = 6  # time constants of a filter
 CLOCK = 6
-LAGS = 4
+LAGS = 5
 TURNS = 5
+RATES = (0.3, 0.5, 0.7, 0.83, 0.93)  # of the largest: what a stage may be too slow for
 RUNS = 32  # starts of runs from which on something may be another, at most
 AGEING = 3
 SPEEDS = 9  # levels at which dynamics may differ
@@ -67,8 +69,11 @@ def _laws(evidence: Evidence, name: str) -> Iterator[Correction]:
     """Yield laws of level, rate and clock."""
     remembers = evidence.chain.stage_of(Play) is not None  # else a map of v is one of w
     for place in (Place.F, Place.SENSE, Place.SOURCE, *([Place.G1] if remembers else [])):
-        yield LevelMap(place, level_knots(evidence, place, KNOTS), name)
+        yield from (LevelMap(place, level_knots(evidence, place, count), name) for count in (KNOTS, FINE))
     yield from (RateMap(place, evidence.rates(place), name) for place in (Place.G1, Place.F, Place.G2))
+    for place in Trailing.places:
+        top = max(evidence.rates(place))
+        yield Trailing(place, tuple(share * top for share in (*(-q for q in RATES[::-1]), *RATES)), name)
     yield SourceMap(Place.SENSE, level_knots(evidence, Place.SOURCE, KNOTS), name)
 
 
@@ -126,8 +131,8 @@ def _mixed(evidence: Evidence, name: str) -> Iterator[Correction]:
     yield from (Ripple(place, (ripple_hz(evidence, place),), name) for place in (Place.SOURCE, Place.SENSE))
     if evidence.chain.stage_of(Play) is not None:
         yield GapRipple(Place.F, (ripple_hz(evidence, Place.F),), name)
-    slowest = slowest_s(evidence)
-    lags = tuple(np.geomspace(slowest, 100.0 * slowest, LAGS).tolist())
+    slowest, longest = slowest_s(evidence), max(o.trace.size for o in evidence.observations) * evidence.sample_s
+    lags = tuple(np.geomspace(slowest, max(100.0 * slowest, longest), LAGS).tolist())
     yield from (kind(place, lags, name) for kind in (Warming, Sag, Heated) for place in kind.places)
     yield GapAfterLoad(Place.F, lags, name)
     for place in (Place.G1, Place.G2):

@@ -97,7 +97,7 @@ class OneWay(Correction):
     quick = True
     knot_unit = "s"
     weights = (("rise", "V/V"), ("fall", "V/V"))
-    places = (Place.G1, Place.F, Place.G2)
+    places = (Place.SOURCE, Place.G1, Place.F, Place.G2)
     curved = False
     least = 1
 
@@ -108,21 +108,23 @@ class OneWay(Correction):
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal plus the weighted high-passes of what rises and what falls of it."""
-        passed = [
-            [run_linear(stepper((tau, 0.0), (tau, 1.0), grid.step_s, "ramp")) for tau in self.knots]
-            for _ in self.weights
+        used = [
+            (way, [(a, run_linear(stepper((tau, 0.0), (tau, 1.0), grid.step_s, "ramp")))
+                   for a, tau in zip(weights, self.knots, strict=True) if a])
+            for weights, way in zip(self.split(values), (np.maximum, np.minimum), strict=True)
         ]  # fmt: skip
-        last, heights = 0.0, np.zeros(len(self.weights))
+        last, heights = 0.0, np.zeros(len(used))
 
         def run(block: Block) -> Array:
             nonlocal last
             moves = np.diff(block.signal, prepend=last)
             last = float(block.signal[-1])
             out = block.signal.copy()
-            for i, (weights, way) in enumerate(zip(self.split(values), (np.maximum, np.minimum), strict=True)):
-                part = heights[i] + np.cumsum(way(moves, 0.0))
-                heights[i] = part[-1]
-                out += sum(a * high(block.holding(part)) for a, high in zip(weights, passed[i], strict=True))
+            for i, (way, highs) in enumerate(used):
+                if highs:
+                    part = heights[i] + np.cumsum(way(moves, 0.0))
+                    heights[i] = part[-1]
+                    out += sum(a * high(block.holding(part)) for a, high in highs)
             return out
 
         return run

@@ -157,3 +157,44 @@ class SourceMap(Correction):
             return np.asarray(block.signal + out - block.source)
 
         return run
+
+
+@dataclass(frozen=True)
+class Trailing(Correction):
+    """What stays behind a largest rate and catches up afterwards, for every knot: above zero rising, below falling."""
+
+    form = "lag behind a rate"
+    kind = "something that cannot follow fast enough"
+    equation = "s' = s - sum of a_k e_k, de_k/dt = ds/dt - q_k as long as e_k has the sign of q_k, else 0"
+    quick = True
+    knot_unit = "V/s"
+    weights = (("behind", "V/V"),)
+    places = (Place.G1, Place.F, Place.G2)
+    curved = False
+    least = 1
+
+    @property
+    def axis(self) -> str:
+        """Return the rate of the signal at the place."""
+        return LEVELS[self.place].replace("level", "rate")
+
+    def summed(self, values: Values, grid: Grid) -> Run:
+        """Return the signal less what is behind."""
+        last: float | None = None
+        used = [(weight, rate) for weight, rate in zip(values, self.knots, strict=True) if weight]
+        behind = [0.0] * len(used)
+
+        def run(block: Block) -> Array:
+            nonlocal last
+            moves = np.diff(block.signal, prepend=block.signal[0] if last is None else last)
+            last = float(block.signal[-1])
+            out = block.signal.copy()
+            for i, (weight, rate) in enumerate(used):
+                up = 1.0 if rate > 0.0 else -1.0
+                heap = behind[i] + np.cumsum(up * moves - abs(rate) * grid.step_s)
+                left = heap - np.minimum.accumulate(np.minimum(heap, 0.0))
+                behind[i] = float(left[-1])
+                out -= up * weight * left
+            return out
+
+        return run

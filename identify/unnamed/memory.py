@@ -187,12 +187,13 @@ class Hysteresis(Correction):
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal plus the weighted plays."""
-        levels = [0.0] * len(self.knots)
+        used = [(weight, r) for weight, r in zip(values, self.knots, strict=True) if weight]
+        levels = [0.0] * len(used)
 
         def run(block: Block) -> Array:
             out = block.signal.copy()
             wider = np.empty_like(out)
-            for i, (weight, r) in enumerate(zip(values, self.knots, strict=True)):
+            for i, (weight, r) in enumerate(used):
                 levels[i] = kernels.play(1.0, r, 1.0, -r, levels[i], block.signal, wider)
                 out += weight * (wider - block.signal)
             return out
@@ -220,11 +221,12 @@ class Relays(Correction):
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal plus what is switched on."""
-        states = np.zeros(len(self.knots))
+        used = [(weight, r) for weight, r in zip(values, self.knots, strict=True) if weight]
+        states = np.zeros(len(used))
 
         def run(block: Block) -> Array:
             out = block.signal.copy()
-            for i, (weight, r) in enumerate(zip(values, self.knots, strict=True)):
+            for i, (weight, r) in enumerate(used):
                 events = np.where(block.signal > r, 1, np.where(block.signal < -r, -1, 0))
                 latest = np.maximum.accumulate(np.where(events != 0, np.arange(events.size), -1))
                 on = np.where(latest >= 0, events[latest] > 0, states[i] > 0.0)

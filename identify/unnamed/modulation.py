@@ -96,11 +96,14 @@ class GapAfterLoad(PlayCorrection):
 
 def _warmth(lags_s: Sequence[float], weights: Values, grid: Grid, power: float) -> Run:
     """Return what a power of a signal's size makes behind lags, weighed."""
-    lags = [run_linear(stepper((1.0,), (tau, 1.0), grid.step_s, "ramp")) for tau in lags_s]
+    lags = [
+        (a, run_linear(stepper((1.0,), (tau, 1.0), grid.step_s, "ramp")))
+        for a, tau in zip(weights, lags_s, strict=True) if a
+    ]  # fmt: skip
 
     def run(block: Block) -> Array:
         load = Block(np.abs(block.signal) ** power, block.source, block.first, block.grid)
-        return np.asarray(sum(a * lag(load) for a, lag in zip(weights, lags, strict=True)))
+        return np.asarray(sum(a * lag(load) for a, lag in lags))
 
     return run
 

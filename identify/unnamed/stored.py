@@ -15,7 +15,7 @@ from identify.stage import Place
 from identify.unnamed.correction import UNNAMED, Correction
 from identify.unnamed.linear import Bypass, Filter, OneWay, SlowFilter
 from identify.unnamed.lines import GapRipple, Line, Ripple
-from identify.unnamed.maps import BrokenMap, LevelMap, RateMap, SourceMap
+from identify.unnamed.maps import BrokenMap, LevelMap, RateMap, SourceMap, Trailing
 from identify.unnamed.memory import BorderMap, GapAfterTurn, GapOverRate, Hysteresis, Leak, Plateau, Relays
 from identify.unnamed.modulation import GapAfterLoad, Heated, Sag, Swiftness, Warming
 from identify.unnamed.timed import (
@@ -37,9 +37,9 @@ UNEVEN = 1e-6  # share by which evenly spaced knots may differ, for rounding
 KINDS: dict[str, type[Correction]] = {
     kind.form: kind
     for kind in (
-        LevelMap, BrokenMap, BorderMap, SourceMap, Leak, RateMap, Filter, SlowFilter, OneWay, Bypass, Hysteresis,
-        Relays, Plateau, GapOverRate, GapAfterTurn, ClockMap, OffsetSteps, OffsetInRun, Moments, GainMap, GainSteps,
-        GainInRun, GapOverClock, GapSteps, GapInRun, Ageing, Line, Ripple, GapRipple, Warming, Sag, Heated,
+        LevelMap, BrokenMap, BorderMap, SourceMap, Leak, RateMap, Trailing, Filter, SlowFilter, OneWay, Bypass,
+        Hysteresis, Relays, Plateau, GapOverRate, GapAfterTurn, ClockMap, OffsetSteps, OffsetInRun, Moments, GainMap,
+        GainSteps, GainInRun, GapOverClock, GapSteps, GapInRun, Ageing, Line, Ripple, GapRipple, Warming, Sag, Heated,
         GapAfterLoad, Swiftness,
     )
 }  # fmt: skip

@@ -180,10 +180,13 @@ class Ageing(Correction):
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal plus the high-passes that grow."""
-        passed = [run_linear(stepper((tau, 0.0), (tau, 1.0), grid.step_s, "ramp")) for tau in self.knots[:-1]]
+        passed = [
+            (a, run_linear(stepper((tau, 0.0), (tau, 1.0), grid.step_s, "ramp")))
+            for a, tau in zip(values, self.knots[:-1], strict=True) if a
+        ]  # fmt: skip
 
         def run(block: Block) -> Array:
-            grown = sum(a * high(block) for a, high in zip(values, passed, strict=True))
+            grown = sum(a * high(block) for a, high in passed)
             return np.asarray(block.signal + block.time_s() / self.knots[-1] * grown)
 
         return run
