@@ -143,7 +143,7 @@ def test_a_gap_that_follows_the_load_is_found_on_the_borders() -> None:
 
 def test_a_lag_of_one_way_goes_with_the_rate_before_or_behind_a_g2_that_is_fast() -> None:
     late = found(bench(Concealed("one_way_lag", {"tau": 3e-4})))
-    assert late.best.form == "map of the rate"
+    assert late.best.form == "filter by direction"
     assert late.share > 0.95
     assert late.places[Place.G2] > 0.1  # that law has to be tried there, too
     assert set(late.places) - {Place.F, Place.G2} == {p for p, share in late.places.items() if share < 0.01}
