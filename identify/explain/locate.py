@@ -14,6 +14,7 @@ import numpy as np
 from identify.explain.bench import Bench
 from identify.explain.corners import again, cornered
 from identify.explain.hypothesis import Hypothesis
+from identify.explain.round import FORETOLD
 from identify.explain.suspect import LEVEL, MOST, Suspect, contenders, finer, overlooked, unexplained
 from identify.explain.wander import all_wanders
 from identify.fit import chi_squared
@@ -29,7 +30,7 @@ LAWLESS = 6  # power of the ratio of what two corrections leave that gives their
 MOVED, MOVABLE = 2, 100.0  # times corners are moved, at most; times the best sum of squares, up to which they are
 STRIDE, LAST = 3, 3  # iterations of a lap of the race, corrections that come to its end
 LIKELY = 0.05  # posterior probability from which a place is mentioned beside the best
-DISGUISE = 0.25  # odds of a bent law of v where one of F does the same: G1 is built to be linear
+DISGUISE = 0.25  # odds of a bent law of v where one of F does the same: G1 is built to be linear; of such tables
 TEMPER = 0.05  # of a log likelihood: corrections are families near the truth, not the truth
 
 
@@ -64,16 +65,21 @@ class Located:
 
     @cached_property
     def places(self) -> dict[Place, float]:
-        """Return the posterior probability of every place that was fitted, the likeliest first."""
+        """Return the posterior probability of every place that was fitted, the likeliest first.
+
+        A table as fine as the data is a disguise of a law of few numbers that foretells nearly all of it.
+        """
         worth = scores(self.base, [h for _, h in self.fitted], self.prices)
         least = min(h.misfit for _, h in self.fitted)
         left = [h.misfit - least + max(least, KNOWN / h.count) for _, h in self.fitted]
+        told = max((self.base.chi2 - h.chi2 for c, h in self.fitted if len(c.knots) <= MOST), default=0.0)
         found: dict[Place, float] = {}
-        for (correction, _), score, misfit in zip(self.fitted, worth, left, strict=True):
+        for (correction, h), score, misfit in zip(self.fitted, worth, left, strict=True):
             odds = max(exp(max(TEMPER * (score - max(worth)), -700.0)), (min(left) / misfit) ** LAWLESS)
+            foretold = len(correction.knots) > MOST and told > FORETOLD * (self.base.chi2 - h.chi2)
             bent_g1 = correction.place is Place.G1 and isinstance(correction, LevelMap | BrokenMap)
             for place in correction.same_at:
-                found[place] = max(found.get(place, 0.0), DISGUISE * odds if bent_g1 else odds)
+                found[place] = max(found.get(place, 0.0), DISGUISE * odds if bent_g1 or foretold else odds)
         total = sum(found.values())
         return dict(sorted(((place, odds / total) for place, odds in found.items()), key=lambda item: -item[1]))
 

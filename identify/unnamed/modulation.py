@@ -25,7 +25,7 @@ class Warming(Correction):
     power: ClassVar[float] = 2.0  # of heat; of a supply that sags under a current it is 1
     knot_unit = "s"
     weights = (("warm", "V^-2"),)
-    places = (Place.SOURCE, Place.G1, Place.F, Place.SENSE)
+    places: ClassVar[tuple[Place, ...]] = (Place.SOURCE, Place.G1, Place.F, Place.SENSE)
     curved = False
     least = 1
 
