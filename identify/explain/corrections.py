@@ -16,10 +16,11 @@ from identify.observe import Observation
 from identify.stage import Place
 from identify.trace import Array
 from identify.unnamed.correction import UNNAMED, Correction
+from identify.unnamed.hysteresis import Hysteresis, Relays, Sticking
 from identify.unnamed.linear import Bypass, Filter, OneWay, SlowFilter
 from identify.unnamed.lines import GapRipple, Line, Ripple
 from identify.unnamed.maps import LevelMap, RateMap, SourceMap, Trailing
-from identify.unnamed.memory import BorderMap, GapAfterTurn, GapOverRate, Hysteresis, Leak, Plateau, Relays
+from identify.unnamed.memory import BorderMap, GapAfterTurn, GapOverRate, Leak, Plateau
 from identify.unnamed.modulation import GapAfterLoad, Heated, Sag, Swiftness, Warming
 from identify.unnamed.timed import (
     Ageing,
@@ -37,6 +38,7 @@ from identify.unnamed.timed import (
 
 FINE = 24  # of a map of the level that turns more often
 KNOTS = 10  # of a map of the level where it is one of many: with more, each run has levels of its own
+MORE = 18  # gaps of a second hysteresis that is fitted
 FINER = (16, 28)  # of one that is fitted: the data choose
 TAUS = 6  # time constants of a filter
 CLOCK = 6
@@ -47,7 +49,8 @@ RUNS = 32  # starts of runs from which on something may be another, at most
 AGEING = 3
 SPEEDS = 9  # levels at which dynamics may differ
 PADDED = 8  # times the length of a run, with zeros: places a peak between bins
-GAPS = (0.01, 0.03, 0.08, 0.2, 0.4)  # of the range of a signal: the half gaps of a second hysteresis
+GAPS = (3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.08, 0.2, 0.4)  # of the range of a signal: the half gaps of a second hysteresis
+PUSHES = (3e-3, 7e-3, 0.015, 0.03, 0.06, 0.12)  # of how far w goes: what breaks a contact loose
 THRESHOLDS = (0.05, 0.15, 0.3, 0.5, 0.7)  # of how far a signal goes: where something may switch
 SLOWER = 2.0  # than the slowest time constant of the chain: where creep begins and the filters of G1 and G2 end
 
@@ -95,6 +98,8 @@ def _memories(evidence: Evidence, name: str) -> Iterator[Correction]:
     speeds = tuple(rate for rate in evidence.rates(Place.G1) if rate >= 0.0)
     yield GapOverRate(Place.F, speeds, name)
     yield GapAfterTurn(Place.F, tuple(np.linspace(0.0, max(map(abs, evidence.range(Place.G1))), TURNS).tolist()), name)
+    width = max(map(abs, evidence.range(Place.F)))
+    yield Sticking(Place.F, tuple(share * max(width, 1e-9) for share in PUSHES), name)
     yield Leak(Place.F, level_knots(evidence, Place.G1, KNOTS), name)
     for place in Hysteresis.places:
         low, high = evidence.range(place)
@@ -120,7 +125,10 @@ def _timed(evidence: Evidence, name: str) -> Iterator[Correction]:
 
 
 def sharpened(evidence: Evidence, correction: Correction) -> list[Correction]:
-    """Return a map of the level with more knots, nothing for any other correction."""
+    """Return a map of the level with more knots, or a hysteresis of more gaps; nothing for any other correction."""
+    if correction.form == Hysteresis.form:
+        gaps = np.geomspace(correction.knots[0], correction.knots[-1], MORE)
+        return [replace(correction, knots=tuple(gaps.tolist()))]
     if correction.form != LevelMap.form or correction.place == Place.SOURCE:
         return []
     return [replace(correction, knots=level_knots(evidence, correction.place, count)) for count in FINER]
@@ -128,7 +136,7 @@ def sharpened(evidence: Evidence, correction: Correction) -> list[Correction]:
 
 def _mixed(evidence: Evidence, name: str) -> Iterator[Correction]:
     """Yield what lets one thing change another."""
-    yield from (Ripple(place, (ripple_hz(evidence, place),), name) for place in (Place.SOURCE, Place.SENSE))
+    yield from (Ripple(place, (ripple_hz(evidence, place),), name) for place in Ripple.places)
     if evidence.chain.stage_of(Play) is not None:
         yield GapRipple(Place.F, (ripple_hz(evidence, Place.F),), name)
     slowest, longest = slowest_s(evidence), max(o.trace.size for o in evidence.observations) * evidence.sample_s

@@ -21,6 +21,7 @@ from identify.fit import chi_squared
 from identify.phases import turned_sines
 from identify.stage import Place
 from identify.unnamed.correction import Correction
+from identify.unnamed.hysteresis import Hysteresis
 from identify.unnamed.maps import BrokenMap, LevelMap
 
 ITERATIONS = 8  # a correction is nearly linear in its weights
@@ -30,7 +31,8 @@ LAWLESS = 6  # power of the ratio of what two corrections leave that gives their
 MOVED, MOVABLE = 2, 100.0  # times corners are moved, at most; times the best sum of squares, up to which they are
 STRIDE, LAST = 3, 3  # iterations of a lap of the race, corrections that come to its end
 LIKELY = 0.05  # posterior probability from which a place is mentioned beside the best
-DISGUISE = 0.25  # odds of a bent law of v where one of F does the same: G1 is built to be linear; of such tables
+DISGUISE = 0.25  # odds of what is less likely where it does the same: a law of v that one of F is, as G1 is built to be
+# linear; a table that a law of few numbers foretells; another place than that at which such laws mostly are
 TEMPER = 0.05  # of a log likelihood: corrections are families near the truth, not the truth
 
 
@@ -77,9 +79,10 @@ class Located:
         for (correction, h), score, misfit in zip(self.fitted, worth, left, strict=True):
             odds = max(exp(max(TEMPER * (score - max(worth)), -700.0)), (min(left) / misfit) ** LAWLESS)
             foretold = len(correction.knots) > MOST and told > FORETOLD * (self.base.chi2 - h.chi2)
-            bent_g1 = correction.place is Place.G1 and isinstance(correction, LevelMap | BrokenMap)
+            of_g1 = correction.place is Place.G1 and isinstance(correction, LevelMap | BrokenMap | Hysteresis)
+            odds *= DISGUISE if of_g1 or foretold else 1.0
             for place in correction.same_at:
-                found[place] = max(found.get(place, 0.0), DISGUISE * odds if bent_g1 or foretold else odds)
+                found[place] = max(found.get(place, 0.0), odds if place is correction.place else DISGUISE * odds)
         total = sum(found.values())
         return dict(sorted(((place, odds / total) for place, odds in found.items()), key=lambda item: -item[1]))
 

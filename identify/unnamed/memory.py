@@ -1,4 +1,4 @@
-"""Which free-form laws change the hysteresis: bent borders, further plays, a creep, a gap that is not constant?"""
+"""Which free-form laws change the gap: bent borders, a gap that is not constant, a way past it, plateaus that creep?"""
 
 from dataclasses import dataclass
 
@@ -86,9 +86,9 @@ class GapAfterTurn(PlayCorrection):
 
     form = "gap after a turn"
     kind = "a gap that depends on where the signal last turned"
-    equation = "D_L + c(abs(v_0)), D_U - c(abs(v_0)), v_0 where v turned last, c straight between the knots"
+    equation = "D_L + c_L(abs(v_0)), D_U - c_U(abs(v_0)), v_0 where v turned last, both straight between the knots"
     knot_unit = "V"
-    weights = (("widen", "V"),)
+    weights = (("L", "V"), ("U", "V"))
 
     @property
     def axis(self) -> str:
@@ -97,6 +97,11 @@ class GapAfterTurn(PlayCorrection):
 
     def played(self, borders: Values, values: Values, grid: Grid) -> Run:
         """Return the operator whose gap follows the last turn."""
+        lower, upper = (self._widened(part) for part in self.split(values))
+        return widened_play(borders, lower, upper)
+
+    def _widened(self, values: Array) -> Run:
+        """Return by how much a border is farther out, V."""
         last, up, turned = 0.0, 0.0, 0.0
 
         def widened(block: Block) -> Array:
@@ -110,7 +115,7 @@ class GapAfterTurn(PlayCorrection):
             last, up, turned = float(v[-1]), float(way[-1]), float(at[-1])
             return np.interp(at, self.knots, values)
 
-        return widened_play(borders, widened)
+        return widened
 
 
 def _kept(signs: Array) -> Array:
@@ -151,90 +156,20 @@ class Leak(PlayCorrection):
         return run
 
 
-def widened_play(borders: Values, widened: Run) -> Run:
-    """Return the play operator whose half gap is wider by a running signal, V."""
+def widened_play(borders: Values, widened: Run, other: Run | None = None) -> Run:
+    """Return the play operator whose half gap is wider by a running signal, V; by an ``other`` one at the border U."""
     s_l, d_l, s_u, d_u = borders
     w = 0.0
 
     def run(block: Block) -> Array:
         nonlocal w
         wider = widened(block)
-        lower, upper = s_l * (block.signal - d_l - wider), s_u * (block.signal - d_u + wider)
+        further = wider if other is None else other(block)
+        lower, upper = s_l * (block.signal - d_l - wider), s_u * (block.signal - d_u + further)
         w = kernels.play_between(lower, upper, w, lower)
         return np.asarray(lower)
 
     return run
-
-
-@dataclass(frozen=True)
-class Hysteresis(Correction):
-    """Further plays with half gaps at the knots, so that turning points other than F's matter (Prandtl-Ishlinskii)."""
-
-    form = "second hysteresis"
-    kind = "a second hysteresis"
-    equation = "s' = s + sum of a_k (play of s with half gap r_k, less s)"
-    quick = True
-    knot_unit = "V"
-    weights = (("weight", "V/V"),)
-    places = (Place.G1, Place.F, Place.SENSE)
-    curved = False
-    least = 1
-
-    @property
-    def axis(self) -> str:
-        """Return the coordinate."""
-        return "branch"
-
-    def summed(self, values: Values, grid: Grid) -> Run:
-        """Return the signal plus the weighted plays."""
-        used = [(weight, r) for weight, r in zip(values, self.knots, strict=True) if weight]
-        levels = [0.0] * len(used)
-
-        def run(block: Block) -> Array:
-            out = block.signal.copy()
-            wider = np.empty_like(out)
-            for i, (weight, r) in enumerate(used):
-                levels[i] = kernels.play(1.0, r, 1.0, -r, levels[i], block.signal, wider)
-                out += weight * (wider - block.signal)
-            return out
-
-        return run
-
-
-@dataclass(frozen=True)
-class Relays(Correction):
-    """Something that switches on above a level and off below minus that level, a relay for every knot (Preisach)."""
-
-    form = "relays"
-    kind = "something that switches with hysteresis"
-    equation = "s' = s + sum of a_k R_k, R_k = 1 from s > r_k on, 0 from s < -r_k on"
-    knot_unit = "V"
-    weights = (("switch", "V"),)
-    places = (Place.G1, Place.F, Place.SENSE)
-    curved = False
-    least = 1
-
-    @property
-    def axis(self) -> str:
-        """Return the coordinate."""
-        return "branch"
-
-    def summed(self, values: Values, grid: Grid) -> Run:
-        """Return the signal plus what is switched on."""
-        used = [(weight, r) for weight, r in zip(values, self.knots, strict=True) if weight]
-        states = np.zeros(len(used))
-
-        def run(block: Block) -> Array:
-            out = block.signal.copy()
-            for i, (weight, r) in enumerate(used):
-                events = np.where(block.signal > r, 1, np.where(block.signal < -r, -1, 0))
-                latest = np.maximum.accumulate(np.where(events != 0, np.arange(events.size), -1))
-                on = np.where(latest >= 0, events[latest] > 0, states[i] > 0.0)
-                states[i] = float(on[-1])
-                out += weight * on
-            return out
-
-        return run
 
 
 @dataclass(frozen=True)

@@ -34,11 +34,6 @@ class Warming(Correction):
         """Return the coordinate."""
         return LEVELS[self.place]
 
-    @property
-    def same_at(self) -> tuple[Place, ...]:
-        """Return its place; what G2 puts out is what is read."""
-        return (Place.SENSE, Place.G2) if self.place is Place.SENSE else (self.place,)
-
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal times one plus the weighted lags of its load."""
         warmth = _warmth(self.knots, values, grid, self.power)
@@ -78,9 +73,9 @@ class GapAfterLoad(PlayCorrection):
 
     form = "gap after load"
     kind = "a gap that follows the load of the recent past"
-    equation = "D_L + c, D_U - c, c = sum of a_k T_k, T_k = v^2 / (1 + s tau_k) in operator form"
+    equation = "D_L + c_L, D_U - c_U, each a sum of a_k T_k, T_k = v^2 / (1 + s tau_k) in operator form"
     knot_unit = "s"
-    weights = (("warm", "V^-1"),)
+    weights = (("L", "V^-1"), ("U", "V^-1"))
     curved = False
     least = 1
 
@@ -90,11 +85,12 @@ class GapAfterLoad(PlayCorrection):
         return LEVELS[Place.G1]
 
     def played(self, borders: Values, values: Values, grid: Grid) -> Run:
-        """Return the operator whose gap follows the load."""
-        return widened_play(borders, _warmth(self.knots, values, grid, Warming.power))
+        """Return the operator whose borders follow the load."""
+        lower, upper = (_warmth(self.knots, part, grid, Warming.power) for part in self.split(values))
+        return widened_play(borders, lower, upper)
 
 
-def _warmth(lags_s: Sequence[float], weights: Values, grid: Grid, power: float) -> Run:
+def _warmth(lags_s: Sequence[float], weights: Values | Array, grid: Grid, power: float) -> Run:
     """Return what a power of a signal's size makes behind lags, weighed."""
     lags = [
         (a, run_linear(stepper((1.0,), (tau, 1.0), grid.step_s, "ramp")))

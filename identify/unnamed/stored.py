@@ -13,10 +13,11 @@ from identify.chain import Chain
 from identify.model import Physics
 from identify.stage import Place
 from identify.unnamed.correction import UNNAMED, Correction
+from identify.unnamed.hysteresis import Hysteresis, Relays, Sticking
 from identify.unnamed.linear import Bypass, Filter, OneWay, SlowFilter
 from identify.unnamed.lines import GapRipple, Line, Ripple
 from identify.unnamed.maps import BrokenMap, LevelMap, RateMap, SourceMap, Trailing
-from identify.unnamed.memory import BorderMap, GapAfterTurn, GapOverRate, Hysteresis, Leak, Plateau, Relays
+from identify.unnamed.memory import BorderMap, GapAfterTurn, GapOverRate, Leak, Plateau
 from identify.unnamed.modulation import GapAfterLoad, Heated, Sag, Swiftness, Warming
 from identify.unnamed.timed import (
     Ageing,
@@ -38,9 +39,9 @@ KINDS: dict[str, type[Correction]] = {
     kind.form: kind
     for kind in (
         LevelMap, BrokenMap, BorderMap, SourceMap, Leak, RateMap, Trailing, Filter, SlowFilter, OneWay, Bypass,
-        Hysteresis, Relays, Plateau, GapOverRate, GapAfterTurn, ClockMap, OffsetSteps, OffsetInRun, Moments, GainMap,
-        GainSteps, GainInRun, GapOverClock, GapSteps, GapInRun, Ageing, Line, Ripple, GapRipple, Warming, Sag, Heated,
-        GapAfterLoad, Swiftness,
+        Hysteresis, Relays, Sticking, Plateau, GapOverRate, GapAfterTurn, ClockMap, OffsetSteps, OffsetInRun, Moments,
+        GainMap, GainSteps, GainInRun, GapOverClock, GapSteps, GapInRun, Ageing, Line, Ripple, GapRipple, Warming, Sag,
+        Heated, GapAfterLoad, Swiftness,
     )
 }  # fmt: skip
 

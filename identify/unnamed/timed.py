@@ -29,7 +29,7 @@ class Timed(Correction):
         """Return the coordinate."""
         return "time in a run" if self.counted == "in a run" else "clock time"
 
-    def table(self, values: Values) -> Run:
+    def table(self, values: Values | Array) -> Run:
         """Return the running table."""
         if self.counted == "in a run":
             return lambda block: np.interp(block.time_s() - block.grid.start_s, self.knots, values)
@@ -124,12 +124,13 @@ class GapOverClock(PlayCorrection, Timed):
 
     form = "drift of the gap"
     kind = "a drift of the gap"
-    equation = "D_L + c(t), D_U - c(t), c straight between the knots, t the clock"
-    weights = (("widen", "V"),)
+    equation = "D_L + c_L(t), D_U - c_U(t), both straight between the knots, t the clock"
+    weights = (("L", "V"), ("U", "V"))
 
     def played(self, borders: Values, values: Values, grid: Grid) -> Run:
-        """Return the operator whose gap follows the time."""
-        return widened_play(borders, self.table(values))
+        """Return the operator whose borders follow the time."""
+        lower, upper = (self.table(part) for part in self.split(values))
+        return widened_play(borders, lower, upper)
 
 
 @dataclass(frozen=True)
@@ -138,7 +139,7 @@ class GapSteps(GapOverClock):
 
     form = "gap by runs"
     kind = "a gap that changes between runs"
-    equation = "D_L + c(t), D_U - c(t), c held from knot to knot, t the clock"
+    equation = "D_L + c_L(t), D_U - c_U(t), both held from knot to knot, t the clock"
     counted = "holds"
 
 
@@ -148,7 +149,7 @@ class GapInRun(GapOverClock):
 
     form = "gap within a run"
     kind = "a gap that drifts anew in every run"
-    equation = "D_L + c(t), D_U - c(t), c straight between the knots, t from the start of a run"
+    equation = "D_L + c_L(t), D_U - c_U(t), both straight between the knots, t from the start of a run"
     counted = "in a run"
 
 

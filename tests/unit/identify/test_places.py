@@ -18,11 +18,12 @@ NOISE_V = 0.01
 WALK, WAVE = staircase("walk", FIG13_LEVELS_V, 0.02), sine("wave", 20.0, 3.0, 3, 1)
 SMALL, AGAIN = sine("small", 20.0, 1.9, 3, 1), staircase("again", FIG13_LEVELS_V, 0.02)
 PLANTED = {  # law -> its values, the stage, the forms that may tell it, the least share of the misfit they explain
-    "remembering_gap": ({"k": 0.1}, Place.F, {"gap after a turn"}, 0.9),
+    "remembering_gap": ({"k": 0.02}, Place.F, {"gap after a turn", "gap within a run"}, 0.9),
     "one_way_slew": ({"rate": 400.0}, Place.F, {"lag behind a rate"}, 0.9),
     "drifting_pole in G1": ({"rate": 2e-3, "tau": 5e-3}, Place.G1, {"drift of the dynamics"}, 0.9),
     "drifting_pole in G2": ({"rate": 2e-3, "tau": 5e-3}, Place.G2, {"drift of the dynamics"}, 0.9),
     "trigger": ({"size": 0.3, "level": 5.0}, Place.F, {"relays"}, 0.6),
+    "stick_slip": ({"stuck": 0.3}, Place.F, {"stick and slip"}, 0.7),
     "crosstalk": ({"size": 0.2, "level": 0.7}, Place.SENSE, {"map of the source"}, 0.6),
     "wavy_adc": ({"size": 0.1, "period": 6.0}, Place.SENSE, {"map of the level"}, 0.6),
     "tired_source": ({"k": 0.05}, Place.SOURCE, {"gain after use"}, 0.9),
