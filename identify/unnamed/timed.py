@@ -29,6 +29,11 @@ class Timed(Correction):
         """Return the coordinate."""
         return "time in a run" if self.counted == "in a run" else "clock time"
 
+    @property
+    def same_at(self) -> tuple[Place, ...]:
+        """Return the places at which this gives the same data: what is slow goes through G1 as it is."""
+        return (Place.G1, Place.SOURCE) if self.place is Place.G1 else super().same_at
+
     def table(self, values: Values | Array) -> Run:
         """Return the running table."""
         if self.counted == "in a run":
