@@ -6,6 +6,7 @@ judges a name: physics that explains much less than the correction at the same p
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -49,7 +50,7 @@ RUNS = 32  # starts of runs from which on something may be another, at most
 AGEING = 3
 SPEEDS = 9  # levels at which dynamics may differ
 PADDED = 8  # times the length of a run, with zeros: places a peak between bins
-GAPS = (3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.08, 0.2, 0.4)  # of the range of a signal: the half gaps of a second hysteresis
+GAPS = (3e-4, 1e-3, 3e-3, 0.01, 0.02, 0.04, 0.06, 0.09, 0.13, 0.18, 0.25, 0.35)  # of a range: half gaps
 PUSHES = (3e-3, 7e-3, 0.015, 0.03, 0.06, 0.12)  # of how far w goes: what breaks a contact loose
 THRESHOLDS = (0.05, 0.15, 0.3, 0.5, 0.7)  # of how far a signal goes: where something may switch
 SLOWER = 2.0  # than the slowest time constant of the chain: where creep begins and the filters of G1 and G2 end
@@ -127,8 +128,8 @@ def _timed(evidence: Evidence, name: str) -> Iterator[Correction]:
 def sharpened(evidence: Evidence, correction: Correction) -> list[Correction]:
     """Return a map of the level with more knots, or a hysteresis of more gaps; nothing for any other correction."""
     if correction.form == Hysteresis.form:
-        gaps = np.geomspace(correction.knots[0], correction.knots[-1], MORE)
-        return [replace(correction, knots=tuple(gaps.tolist()))]
+        ends = correction.knots[0], correction.knots[len(correction.knots) // 3], correction.knots[-1]
+        return [replace(correction, knots=tuple(np.geomspace(*pair, MORE).tolist())) for pair in pairwise(ends)]
     if correction.form != LevelMap.form or correction.place == Place.SOURCE:
         return []
     return [replace(correction, knots=level_knots(evidence, correction.place, count)) for count in FINER]

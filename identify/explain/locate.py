@@ -120,7 +120,8 @@ def located(bench: Bench, base: Hypothesis) -> Located:
     worth = [*smooth, *cornered(evidence, ranked, noise)]
     fitted = [(s.correction, fitted_from(bench, base, s)) for s in worth]
     if min(h.misfit for _, h in fitted) > base.noise_known:
-        others = raced(bench, base, overlooked(ranked, worth))
+        unfitted = overlooked(ranked, worth)
+        others = raced(bench, base, [s if s.correction.searched else finer(evidence, s, noise) for s in unfitted])
         worth, fitted = [*worth, *(s for s, _ in others)], [*fitted, *((s.correction, h) for s, h in others)]
     reach = max(MOVABLE * min(h.chi2 for _, h in fitted), (1.0 + base.noise_known) * base.count)
     fitted = [with_corners(bench, base, c, h) if h.chi2 < reach else (c, h) for c, h in fitted]
