@@ -29,7 +29,7 @@ LEVEL = 1e-3  # probability of a false alarm, all corrections together
 FITTED = 4  # corrections that are fitted; the others are judged to first order
 CLOSE = 0.9  # share of the best log likelihood from which another place is fitted
 LARGE = 1000.0  # of chi-squared: a mismatch that leaves first order
-PART = 0.3  # of the best promise, from which anything is fitted for a few iterations
+WIDER = 0.6  # the same, of anything
 MOST = 64  # knots that are fitted
 RANK = 1e-9  # eigenvalues of the weights' information below this share of the largest are not told by the data
 BESIDE, CLOSER, TUNED = 0.5, 0.4, 1e-3  # of what the longest run resolves: steps in which a frequency is moved
@@ -159,17 +159,17 @@ def contenders(ranked: Sequence[Suspect], noise: float) -> list[Suspect]:
     return [*first.values(), *second][:FITTED] if close else list(ranked[:1])
 
 
-def overlooked(ranked: Sequence[Suspect], fitted: Sequence[Suspect]) -> list[Suspect]:
-    """Return what promises a part of the best and was not fitted, of a large mismatch: it may be the law all the same.
+def overlooked(ranked: Sequence[Suspect], noise: float, fitted: Sequence[Suspect]) -> list[Suspect]:
+    """Return what promises somewhat less than the best and was not fitted: its law may be the one all the same.
 
-    The best of every form at every place.
+    Where a mismatch is large the plain values stand in for it, and first order does not lead back from there.
     """
-    most = max(s.gain for s in ranked)
-    found: dict[tuple[str, Place], Suspect] = {}
-    for s in (s for s in ranked if s.gain > PART * most and len(s.correction.knots) <= MOST and most > LARGE):
-        found.setdefault((s.correction.form, s.correction.place), s)
+    if ranked[0].gain < LARGE:
+        return []
     known = {(s.correction.form, s.correction.place) for s in fitted}
-    return [s for key, s in found.items() if key not in known]
+    most = ranked[0].worth(noise)[0]
+    near = [s for s in ranked if s.worth(noise)[0] > WIDER * most and len(s.correction.knots) <= MOST]
+    return [s for s in near if (s.correction.form, s.correction.place) not in known][:FITTED]
 
 
 def finer(evidence: Evidence, found: Suspect, noise: float) -> Suspect:

@@ -13,7 +13,7 @@ from identify.explain.suspect import MOST
 from identify.fit import Fit
 from identify.stage import Place
 
-NEGLIGIBLE = 0.06  # share of what an effect explains that one of sixty corrections may find and leave its name
+NEGLIGIBLE = 0.05  # share of what an effect explains that may remain without casting doubt on its name
 BY_THE_CLOCK = 0.5  # the same of what goes with the clock, where the effect does not: its law could not make that
 SAME_PLACE = 0.4  # share of what a name leaves that a free-form correction at its own place may explain
 STRONG = 10.0  # of Schwarz's criterion: very strong evidence (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773)

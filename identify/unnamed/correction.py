@@ -62,8 +62,8 @@ class Correction(Stage):
 
     @property
     def same_at(self) -> tuple[Place, ...]:
-        """Return the places at which this gives the same data, its own first: what G2 puts out is what is read."""
-        return (Place.SENSE, Place.G2) if self.place is Place.SENSE else (self.place,)
+        """Return the places at which this gives the same data, its own first."""
+        return (self.place,)
 
     def applicable(self, chain: Chain) -> bool:
         """Return whether there is something in ``chain`` to put it on."""
