@@ -188,6 +188,25 @@ def play_between(lower: Array, upper: Array, w: float, out: Array) -> float:
 
 
 @njit(error_model="numpy", cache=True)
+def sticking_play(
+    s_l: float, d_l: float, s_u: float, d_u: float, stuck: float, w: float, slides: bool, v: Array, out: Array
+) -> tuple[float, bool]:
+    """Run a play operator that has to be pushed ``stuck`` past a border once it rested, and jumps there.
+
+    From the level w, sliding or not; return both at the end.
+    """
+    for j in range(v.size):
+        lower, upper = s_l * (v[j] - d_l), s_u * (v[j] - d_u)
+        give = 0.0 if slides else stuck
+        if w < lower - give or w > upper + give:
+            w, slides = min(max(w, lower), upper), True
+        elif lower < w < upper:
+            slides = False
+        out[j] = w
+    return w, slides
+
+
+@njit(error_model="numpy", cache=True)
 def plus_curve(first: float, step: float, rows: Array, signal: Array, out: Array) -> None:
     """Add to every value a curve of it: cubic pieces between knots ``first + i step``, straight beyond the ends."""
     last = rows.shape[0] - 1

@@ -5,6 +5,9 @@ from typing import TYPE_CHECKING, ClassVar, final
 import numpy as np
 
 from identify import diode
+from identify.chain import Chain
+from identify.effects.diode_clamp import KNEE as DIODE_KNEE
+from identify.effects.diode_clamp import N_VT, DiodeClamp
 from identify.effects.effect import Confusion, Effect
 from identify.stage import Grid, Parameter, Place, Run, Shape, Values, memoryless
 from identify.trace import Array
@@ -69,6 +72,14 @@ class SoftSaturation(Effect):
         if law == "diode":
             return sign * _diode(sign * w, level, knee, slope)
         return np.where(sign * w > 0.0, _tanh(w, level), w)
+
+    def plainer(self, chain: Chain) -> tuple[Effect, dict[str, float]] | None:
+        """Return the diode that a compression with a knee is nearly."""
+        law, _, side = self.form.partition(" ")
+        if law != "diode":
+            return None
+        own = {DIODE_KNEE.name: LEVEL.name, N_VT.name: KNEE.name}
+        return DiodeClamp(Place.F, side), {name: chain.values[mine] for name, mine in own.items()}
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the level, up to where it hardly bends, the knee and the slope that its map asks for."""

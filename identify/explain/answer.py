@@ -103,8 +103,9 @@ class Answer:
         chain = self.improved.fit.chain
         model = replace(model_of(chain, self.model), noise_v=self.noise_v, physics=physics_in(chain))
         findings = (
-            *(self.finding(effect) for effect in self.better.effects), *map(of_readings, self.readings.found)
-        )  # fmt: skip
+            *(self.finding(effect) for effect in self.better.effects),
+            *(of_readings(b, self.blemished and self.proof is not None) for b in self.readings.found),
+        )
         train = self.bench.observations
         before = pooled_rms([o.used_residual(self.before) for o in self.raw.train])
         after = pooled_rms([o.used_residual(chain) for o in train])

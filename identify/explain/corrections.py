@@ -6,6 +6,7 @@ judges a name: physics that explains much less than the correction at the same p
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -16,27 +17,49 @@ from identify.observe import Observation
 from identify.stage import Place
 from identify.trace import Array
 from identify.unnamed.correction import UNNAMED, Correction
-from identify.unnamed.linear import Bypass, Filter, SlowFilter
+from identify.unnamed.hysteresis import Hysteresis, Relays, Sticking
+from identify.unnamed.linear import Bypass, Filter, OneWay, SlowFilter
 from identify.unnamed.lines import GapRipple, Line, Ripple
-from identify.unnamed.maps import ClockMap, GainMap, LevelMap, RateMap
-from identify.unnamed.memory import BorderMap, GapOverClock, GapOverRate, Hysteresis, Plateau
-from identify.unnamed.modulation import GapAfterLoad, Swiftness, Warming
+from identify.unnamed.maps import LevelMap, RateMap, SourceMap, Trailing
+from identify.unnamed.memory import BorderMap, GapAfterTurn, GapOverRate, Leak, Plateau
+from identify.unnamed.modulation import GapAfterLoad, Heated, Sag, Swiftness, Warming
+from identify.unnamed.timed import (
+    Ageing,
+    ClockMap,
+    GainInRun,
+    GainMap,
+    GainSteps,
+    GapInRun,
+    GapOverClock,
+    GapSteps,
+    OffsetInRun,
+    OffsetSteps,
+    Timed,
+)
 
+FINE = 24  # of a map of the level that turns more often
 KNOTS = 10  # of a map of the level where it is one of many: with more, each run has levels of its own
+MORE = 18  # gaps of a second hysteresis that is fitted
 FINER = (16, 28)  # of one that is fitted: the data choose
 TAUS = 6  # time constants of a filter
 CLOCK = 6
-LAGS = 4
+LAGS = 5
+TURNS = 5
+RATES = (0.3, 0.5, 0.7, 0.83, 0.93)  # of the largest: what a stage may be too slow for
+RUNS = 32  # starts of runs from which on something may be another, at most
+AGEING = 3
 SPEEDS = 9  # levels at which dynamics may differ
 PADDED = 8  # times the length of a run, with zeros: places a peak between bins
-GAPS = (0.01, 0.03, 0.08, 0.2, 0.4)  # of the range of a signal: the half gaps of a second hysteresis
+GAPS = (3e-4, 1e-3, 3e-3, 0.01, 0.02, 0.04, 0.06, 0.09, 0.13, 0.18, 0.25, 0.35)  # of a range: half gaps
+PUSHES = (3e-3, 7e-3, 0.015, 0.03, 0.06, 0.12)  # of how far w goes: what breaks a contact loose
+THRESHOLDS = (0.05, 0.15, 0.3, 0.5, 0.7)  # of how far a signal goes: where something may switch
 SLOWER = 2.0  # than the slowest time constant of the chain: where creep begins and the filters of G1 and G2 end
 
 
 def corrections(evidence: Evidence) -> Iterator[Correction]:
     """Yield every correction that makes sense for the chain and the data."""
     name = free_name(evidence.chain)
-    for family in (_laws, _linear, _memories, _mixed):
+    for family in (_laws, _linear, _memories, _timed, _mixed):
         yield from (correction for correction in family(evidence, name) if correction.applicable(evidence.chain))
 
 
@@ -50,12 +73,12 @@ def _laws(evidence: Evidence, name: str) -> Iterator[Correction]:
     """Yield laws of level, rate and clock."""
     remembers = evidence.chain.stage_of(Play) is not None  # else a map of v is one of w
     for place in (Place.F, Place.SENSE, Place.SOURCE, *([Place.G1] if remembers else [])):
-        yield LevelMap(place, level_knots(evidence, place, KNOTS), name)
-    yield from (RateMap(place, evidence.rates(place), name) for place in (Place.F, Place.G2))
-    clock = clock_knots(evidence)
-    for place in (Place.G1, Place.SENSE):
-        yield ClockMap(place, clock, name)
-        yield GainMap(place, clock, name)
+        yield from (LevelMap(place, level_knots(evidence, place, count), name) for count in (KNOTS, FINE))
+    yield from (RateMap(place, evidence.rates(place), name) for place in (Place.G1, Place.F, Place.G2))
+    for place in Trailing.places:
+        top = max(evidence.rates(place))
+        yield Trailing(place, tuple(share * top for share in (*(-q for q in RATES[::-1]), *RATES)), name)
+    yield SourceMap(Place.SENSE, level_knots(evidence, Place.SOURCE, KNOTS), name)
 
 
 def _linear(evidence: Evidence, name: str) -> Iterator[Correction]:
@@ -64,6 +87,7 @@ def _linear(evidence: Evidence, name: str) -> Iterator[Correction]:
     fast = tuple(np.geomspace(0.5 * evidence.sample_s, max(slowest, evidence.sample_s), TAUS).tolist())
     slow = tuple(np.geomspace(2.0 * slowest, max(longest * evidence.sample_s, 4.0 * slowest), TAUS).tolist())
     yield from (Filter(place, fast, name) for place in (Place.G1, Place.G2))
+    yield from (OneWay(place, fast[1::2], name) for place in OneWay.places)
     yield from (SlowFilter(place, slow, name) for place in (Place.SOURCE, Place.SENSE))
     yield Bypass(Place.SENSE, (0.0, *fast[1::2]), name)
     yield from (Line(place, (evidence.strongest_line_hz,), name) for place in (Place.SENSE, Place.G1))
@@ -74,15 +98,38 @@ def _memories(evidence: Evidence, name: str) -> Iterator[Correction]:
     yield BorderMap(Place.F, level_knots(evidence, Place.G1, KNOTS), name)
     speeds = tuple(rate for rate in evidence.rates(Place.G1) if rate >= 0.0)
     yield GapOverRate(Place.F, speeds, name)
-    yield GapOverClock(Place.F, clock_knots(evidence), name)
-    for place in (Place.F, Place.SENSE):
+    yield GapAfterTurn(Place.F, tuple(np.linspace(0.0, max(map(abs, evidence.range(Place.G1))), TURNS).tolist()), name)
+    width = max(map(abs, evidence.range(Place.F)))
+    yield Sticking(Place.F, tuple(share * max(width, 1e-9) for share in PUSHES), name)
+    yield Leak(Place.F, level_knots(evidence, Place.G1, KNOTS), name)
+    for place in Hysteresis.places:
         low, high = evidence.range(place)
         yield Hysteresis(place, tuple(share * max(high - low, 1e-9) for share in GAPS), name)
+        yield Relays(place, tuple(share * max(high, -low, 1e-9) for share in THRESHOLDS), name)
     yield Plateau(Place.F, level_knots(evidence, Place.F, 5), name)
 
 
+def _timed(evidence: Evidence, name: str) -> Iterator[Correction]:
+    """Yield what goes with time: the clock, from run to run, or within every run."""
+    clock, runs = clock_knots(evidence), tuple(sorted({o.trace.start_s for o in evidence.observations}))
+    longest_s = max(o.trace.size for o in evidence.observations) * evidence.sample_s
+    within = (0.0, *np.geomspace(longest_s / 2**CLOCK, longest_s, CLOCK).tolist())
+    kinds: tuple[tuple[type[Timed], ...], ...] = (
+        (ClockMap, GainMap, GapOverClock), (OffsetSteps, GainSteps, GapSteps), (OffsetInRun, GainInRun, GapInRun)
+    )  # fmt: skip
+    for knots, (offset, gain, gap) in zip((clock, runs, within), kinds, strict=True):
+        if Timed.least <= len(knots) <= RUNS:
+            yield from (kind(place, knots, name) for kind in (offset, gain) for place in (Place.G1, Place.SENSE))
+            yield gap(Place.F, knots, name)
+    fast = tuple(np.geomspace(evidence.sample_s, max(slowest_s(evidence), 2.0 * evidence.sample_s), AGEING).tolist())
+    yield from (Ageing(place, (*fast, clock[-1]), name) for place in Ageing.places)
+
+
 def sharpened(evidence: Evidence, correction: Correction) -> list[Correction]:
-    """Return a map of the level with more knots, nothing for any other correction."""
+    """Return a map of the level with more knots, or a hysteresis of more gaps; nothing for any other correction."""
+    if correction.form == Hysteresis.form:
+        ends = correction.knots[0], correction.knots[len(correction.knots) // 3], correction.knots[-1]
+        return [replace(correction, knots=tuple(np.geomspace(*pair, MORE).tolist())) for pair in pairwise(ends)]
     if correction.form != LevelMap.form or correction.place == Place.SOURCE:
         return []
     return [replace(correction, knots=level_knots(evidence, correction.place, count)) for count in FINER]
@@ -90,12 +137,12 @@ def sharpened(evidence: Evidence, correction: Correction) -> list[Correction]:
 
 def _mixed(evidence: Evidence, name: str) -> Iterator[Correction]:
     """Yield what lets one thing change another."""
-    yield from (Ripple(place, (ripple_hz(evidence, place),), name) for place in (Place.SOURCE, Place.SENSE))
+    yield from (Ripple(place, (ripple_hz(evidence, place),), name) for place in Ripple.places)
     if evidence.chain.stage_of(Play) is not None:
         yield GapRipple(Place.F, (ripple_hz(evidence, Place.F),), name)
-    slowest = slowest_s(evidence)
-    lags = tuple(np.geomspace(slowest, 100.0 * slowest, LAGS).tolist())
-    yield from (Warming(place, lags, name) for place in Warming.places)
+    slowest, longest = slowest_s(evidence), max(o.trace.size for o in evidence.observations) * evidence.sample_s
+    lags = tuple(np.geomspace(slowest, max(100.0 * slowest, longest), LAGS).tolist())
+    yield from (kind(place, lags, name) for kind in (Warming, Sag, Heated) for place in kind.places)
     yield GapAfterLoad(Place.F, lags, name)
     for place in (Place.G1, Place.G2):
         yield Swiftness(place, with_zero(level_knots(evidence, place, SPEEDS)), name)

@@ -14,20 +14,25 @@ import numpy as np
 from identify.explain.bench import Bench
 from identify.explain.corners import again, cornered
 from identify.explain.hypothesis import Hypothesis
+from identify.explain.round import FORETOLD
 from identify.explain.suspect import LEVEL, MOST, Suspect, contenders, finer, overlooked, unexplained
 from identify.explain.wander import all_wanders
 from identify.fit import chi_squared
 from identify.phases import turned_sines
 from identify.stage import Place
 from identify.unnamed.correction import Correction
-from identify.unnamed.maps import BrokenMap
+from identify.unnamed.hysteresis import Hysteresis
+from identify.unnamed.maps import BrokenMap, LevelMap
 
 ITERATIONS = 8  # a correction is nearly linear in its weights
 NEAR = 1.5  # times the best sum of squares, up to which a search cut short is ended
 KNOWN = 60.0  # of chi-squared, by which a correction of the right kind may be behind
 LAWLESS = 6  # power of the ratio of what two corrections leave that gives their odds where neither is the law
 MOVED, MOVABLE = 2, 100.0  # times corners are moved, at most; times the best sum of squares, up to which they are
+STRIDE, LAST = 3, 3  # iterations of a lap of the race, corrections that come to its end
 LIKELY = 0.05  # posterior probability from which a place is mentioned beside the best
+DISGUISE = 0.25  # odds of what is less likely where it does the same: a law of v that one of F is, as G1 is built to be
+# linear; a table that a law of few numbers foretells; another place than that at which such laws mostly are
 TEMPER = 0.05  # of a log likelihood: corrections are families near the truth, not the truth
 
 
@@ -67,12 +72,24 @@ class Located:
         least = min(h.misfit for _, h in self.fitted)
         left = [h.misfit - least + max(least, KNOWN / h.count) for _, h in self.fitted]
         found: dict[Place, float] = {}
-        for (correction, _), score, misfit in zip(self.fitted, worth, left, strict=True):
+        for (correction, h), score, misfit in zip(self.fitted, worth, left, strict=True):
             odds = max(exp(max(TEMPER * (score - max(worth)), -700.0)), (min(left) / misfit) ** LAWLESS)
+            foretold = self.foretold(correction, h)
+            of_g1 = correction.place is Place.G1 and isinstance(correction, LevelMap | BrokenMap | Hysteresis)
+            odds *= DISGUISE if of_g1 or foretold else 1.0
             for place in correction.same_at:
-                found[place] = max(found.get(place, 0.0), odds)
+                found[place] = max(found.get(place, 0.0), odds if place is correction.place else DISGUISE * odds)
         total = sum(found.values())
         return dict(sorted(((place, odds / total) for place, odds in found.items()), key=lambda item: -item[1]))
+
+    def foretold(self, correction: Correction, fitted: Hypothesis) -> bool:
+        """Return whether a correction is a disguise of a plainer one that was fitted and foretells nearly all of it.
+
+        Of a table as fine as the data any law of few numbers is one; of dynamics by direction, those of both alike.
+        """
+        fine = len(correction.knots) > MOST
+        plainer = [h for c, h in self.fitted if (len(c.knots) <= MOST if fine else c.form == correction.plainly)]
+        return any(self.base.chi2 - h.chi2 > FORETOLD * (self.base.chi2 - fitted.chi2) for h in plainer)
 
     def alternatives(self) -> tuple[Place, ...]:
         """Return the other places the data do not exclude."""
@@ -105,19 +122,38 @@ def located(bench: Bench, base: Hypothesis) -> Located:
     noise = unexplained(evidence, ranked)
     first = contenders(ranked, noise)
     smooth = [finer(evidence, s, noise) for s in first]
-    worth = [*smooth, *overlooked(ranked, noise, first), *cornered(evidence, ranked, noise)]
+    worth = [*smooth, *cornered(evidence, ranked, noise)]
     fitted = [(s.correction, fitted_from(bench, base, s)) for s in worth]
+    if min(h.misfit for _, h in fitted) > base.noise_known:
+        unfitted = overlooked(ranked, worth)
+        others = raced(bench, base, [s if s.correction.searched else finer(evidence, s, noise) for s in unfitted])
+        worth, fitted = [*worth, *(s for s, _ in others)], [*fitted, *((s.correction, h) for s, h in others)]
     reach = max(MOVABLE * min(h.chi2 for _, h in fitted), (1.0 + base.noise_known) * base.count)
     fitted = [with_corners(bench, base, c, h) if h.chi2 < reach else (c, h) for c, h in fitted]
     fitted = ended(bench, fitted)
     prices = [s.worth(noise)[1] for s in worth]
-    order = np.argsort([-score for score in scores(base, [h for _, h in fitted], prices)], kind="stable")
+    order = np.argsort([-score for score in scores(base, [h for _, h in fitted], prices)], kind="stable").tolist()
+    places = Located(base, tuple(fitted), p_value, tuple(prices)).places
+    order.sort(key=lambda i: -places[fitted[i][0].place])
     return Located(
         base, tuple(fitted[i] for i in order), p_value, tuple(prices[i] for i in order), _promised(ranked, base)
     )
 
 
-def fitted_from(bench: Bench, base: Hypothesis, found: Suspect) -> Hypothesis:
+def raced(bench: Bench, base: Hypothesis, others: Sequence[Suspect]) -> list[tuple[Suspect, Hypothesis]]:
+    """Fit corrections side by side, a few iterations at a time, the better half each time further; return the last.
+
+    Where a mismatch is large the plain values stand in for it, and first order does not lead back from there: how much
+    a correction promises says little of what it explains once all values may follow.
+    """
+    running = [(s, fitted_from(bench, base, s, STRIDE)) for s in others]
+    while len(running) > LAST and min(h.misfit for _, h in running) > base.noise_known:
+        ahead = sorted(running, key=lambda pair: pair[1].chi2)[: max(len(running) // 2, LAST)]
+        running = [(s, bench.fitted(h.fit.chain, base.effects, STRIDE)) for s, h in ahead]
+    return sorted(running, key=lambda pair: pair[1].chi2)[:LAST]
+
+
+def fitted_from(bench: Bench, base: Hypothesis, found: Suspect, iterations: int = ITERATIONS) -> Hypothesis:
     """Fit a correction on top of a hypothesis, from what solves the linear problem where that helps."""
     still = found.correction.put_in(base.fit.chain)
     solved = still.with_values(found.values)
@@ -125,12 +161,12 @@ def fitted_from(bench: Bench, base: Hypothesis, found: Suspect) -> Hypothesis:
         chi2 = sum(chi_squared(solved, o) for o in bench.observations)
         return replace(base, fit=replace(base.fit, chain=solved), chi2=chi2)
     helps = sum(chi_squared(solved, o) for o in bench.observations) < base.chi2
-    fitted = bench.fitted(solved if helps else still, base.effects, ITERATIONS)
+    fitted = bench.fitted(solved if helps else still, base.effects, iterations)
     if not found.correction.searched:
         return fitted
     turned = turned_sines(fitted.fit.chain, bench.observations, [p.name for p in found.correction.parameters()])
     return fitted if turned is fitted.fit.chain else min(
-        (fitted, bench.fitted(turned, base.effects, ITERATIONS)), key=lambda h: h.chi2
+        (fitted, bench.fitted(turned, base.effects, iterations)), key=lambda h: h.chi2
     )  # fmt: skip
 
 

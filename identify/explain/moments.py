@@ -15,7 +15,7 @@ from identify.observe import Observation
 from identify.stage import Place
 from identify.trace import Array
 from identify.unnamed.correction import Correction
-from identify.unnamed.maps import ClockMap, Moments
+from identify.unnamed.timed import ClockMap, Moments
 
 WINDOWS_S = (0.004, 0.02, 0.1)
 BURST_S = 0.001  # the window in which single moments are sought

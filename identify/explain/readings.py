@@ -11,6 +11,7 @@ from functools import partial
 from identify.chain import Chain
 from identify.effects.effect import Effect, short
 from identify.explain.bench import Bench
+from identify.explain.confirm import EVEN
 from identify.explain.explanation import Finding, Location, Range
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.rivals import OTHERWISE
@@ -254,15 +255,16 @@ def _less(chain: Chain, seen: Mended, noise_v: float) -> tuple[list[Trace], list
     return train, test
 
 
-def finding(blemish: Blemish) -> Finding:
-    """Return what is said of one blemish."""
+def finding(blemish: Blemish, beside: bool = False) -> Finding:
+    """Return what is said of one blemish; an unnamed law ``beside`` noise may have made what looks like that."""
     named = ((short(p.name), p.unit) for p in blemish.declared)
     parameters = {name: (blemish.values[name], unit) for name, unit in named if name in blemish.values}
     told = [f"{name} {shown_interval(interval, unit)}" for name, (interval, unit) in parameters.items()]
     words = ", ".join(told) + (f" ({blemish.where})" if blemish.where else "")
     others = blemish.confused_with
+    most = EVEN if beside and blemish.id == ColouredNoise.id else 1.0 - OTHERWISE
     return Finding(
-        blemish.id, Place.SENSE.label, "", (1.0 - OTHERWISE) * (1.0 - blemish.p_value), parameters, blemish.equation,
+        blemish.id, Place.SENSE.label, "", most * (1.0 - blemish.p_value), parameters, blemish.equation,
         blemish.sentence.format(words), (), others[0].would_separate if others else None,
     )  # fmt: skip
 

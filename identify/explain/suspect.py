@@ -29,7 +29,7 @@ LEVEL = 1e-3  # probability of a false alarm, all corrections together
 FITTED = 4  # corrections that are fitted; the others are judged to first order
 CLOSE = 0.9  # share of the best log likelihood from which another place is fitted
 LARGE = 1000.0  # of chi-squared: a mismatch that leaves first order
-WIDER = 0.6  # the same, of anything
+PART = 0.3  # of the best promise, from which anything is fitted for a few iterations
 MOST = 64  # knots that are fitted
 RANK = 1e-9  # eigenvalues of the weights' information below this share of the largest are not told by the data
 BESIDE, CLOSER, TUNED = 0.5, 0.4, 1e-3  # of what the longest run resolves: steps in which a frequency is moved
@@ -149,27 +149,32 @@ def _placed(found: Suspect) -> Suspect:
 
 
 def contenders(ranked: Sequence[Suspect], noise: float) -> list[Suspect]:
-    """Return what is worth a fit: of every place the best, and of the best place the second, if close enough."""
+    """Return what is worth a fit: of every place the best, and of the best place the second, if close enough.
+
+    Beside what may be a disguise the best of the plainer form it may be one of.
+    """
     worth = [s.worth(noise)[0] for s in ranked]
     close = [s for s, value in zip(ranked, worth, strict=True) if value > max(CLOSE * worth[0], 0.0)]
     first: dict[Place, Suspect] = {}
     for s in close:
         first.setdefault(s.correction.place, s)
     second = [s for s in close if s.correction.place == close[0].correction.place][1:2] if close else []
-    return [*first.values(), *second][:FITTED] if close else list(ranked[:1])
+    found = [*first.values(), *second][:FITTED] if close else list(ranked[:1])
+    plainer = {s.correction.plainly for s in found} - {s.correction.form for s in found}
+    return [*found, *(next(s for s in ranked if s.correction.form == form) for form in sorted(plainer - {""}))]
 
 
-def overlooked(ranked: Sequence[Suspect], noise: float, fitted: Sequence[Suspect]) -> list[Suspect]:
-    """Return what promises somewhat less than the best and was not fitted: its law may be the one all the same.
+def overlooked(ranked: Sequence[Suspect], fitted: Sequence[Suspect]) -> list[Suspect]:
+    """Return what promises a part of the best and was not fitted, of a large mismatch: it may be the law all the same.
 
-    Where a mismatch is large the plain values stand in for it, and first order does not lead back from there.
+    The best of every form at every place.
     """
-    if ranked[0].gain < LARGE:
-        return []
+    most = max(s.gain for s in ranked)
+    found: dict[tuple[str, Place], Suspect] = {}
+    for s in (s for s in ranked if s.gain > PART * most and len(s.correction.knots) <= MOST and most > LARGE):
+        found.setdefault((s.correction.form, s.correction.place), s)
     known = {(s.correction.form, s.correction.place) for s in fitted}
-    most = ranked[0].worth(noise)[0]
-    near = [s for s in ranked if s.worth(noise)[0] > WIDER * most and len(s.correction.knots) <= MOST]
-    return [s for s in near if (s.correction.form, s.correction.place) not in known][:FITTED]
+    return [s for key, s in found.items() if key not in known]
 
 
 def finer(evidence: Evidence, found: Suspect, noise: float) -> Suspect:

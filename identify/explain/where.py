@@ -17,7 +17,7 @@ SPECTRAL = ("frequency", "mains lines")
 FAINT = 0.2  # of its largest value: where a change below the noise everywhere counts as seen
 LEAST = 0.05  # share of the energy below which a side of a level axis is not mentioned
 UNITS = {"frequency": "Hz", "clock time": "s", "time in a run": "s", "time on a plateau": "s", "mains lines": "Hz"}
-UNITS |= {f"rate of {signal}": "V/s" for signal in "vwxy"}
+UNITS |= {f"rate of {signal}": "V/s" for signal in "uvwxy"}
 
 
 def coordinate(axis: str, chain: Chain, observation: Observation) -> Array:
@@ -25,12 +25,10 @@ def coordinate(axis: str, chain: Chain, observation: Observation) -> Array:
     trace = observation.trace
     if axis in ("clock time", "time in a run"):
         return (trace.start_s if axis == "clock time" else 0.0) + np.arange(trace.size) / trace.rate_hz
-    if axis == "level of u":
-        return trace.u[:]
     taps = signals(chain, trace)
     if axis == "time on a plateau":
         return _age(_still(chain, taps, trace)) / trace.rate_hz
-    level = _tap(chain, taps, axis[-1])
+    level = trace.u[:] if axis.endswith("u") else _tap(chain, taps, axis[-1])
     return np.diff(level, prepend=level[:1]) * trace.rate_hz if axis.startswith("rate of") else level
 
 

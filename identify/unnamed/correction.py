@@ -36,6 +36,7 @@ class Correction(Stage):
     curved: ClassVar[bool] = True  # whether weights against knots draw its shape
     least: ClassVar[int] = 2  # knots
     even: ClassVar[bool] = False  # whether the knots must be evenly spaced
+    plainly: ClassVar[str] = ""  # the form of what it nearly is where it does not depend on what it might
     searched: ClassVar[bool] = False  # whether the knot is the one frequency of all at which most is seen
 
     @property
@@ -62,8 +63,8 @@ class Correction(Stage):
 
     @property
     def same_at(self) -> tuple[Place, ...]:
-        """Return the places at which this gives the same data, its own first."""
-        return (self.place,)
+        """Return the places at which this gives the same data, its own first: what G2 puts out is what is read."""
+        return (Place.SENSE, Place.G2) if self.place is Place.SENSE else (self.place,)
 
     def applicable(self, chain: Chain) -> bool:
         """Return whether there is something in ``chain`` to put it on."""

@@ -1,4 +1,4 @@
-"""Which free-form linear paths are there: filters, ways past the circuit, lines free of the stimulus?"""
+"""Which free-form filters are there: of a signal, of what rises and what falls of it, on a way past the circuit?"""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -11,6 +11,7 @@ from identify.discretise import stepper
 from identify.stage import Block, Grid, Place, Run, Values
 from identify.trace import Array
 from identify.unnamed.correction import Correction
+from identify.unnamed.maps import LEVELS
 
 Ratio = tuple[tuple[float, ...], tuple[float, ...]]
 DAMPING = 0.3  # of the resonances in a free-form filter
@@ -84,6 +85,50 @@ class SlowFilter(Filter):
     def _shapes(self) -> list[Ratio]:
         """Return the lags alone."""
         return self._real()
+
+
+@dataclass(frozen=True)
+class OneWay(Correction):
+    """Filters of its own for what rises and for what falls of the signal, as of a stage that only pulls one way."""
+
+    form = "filter by direction"
+    kind = "dynamics that depend on the direction"
+    equation = "s' = s + sum of a_k H_k r + b_k H_k f, H_k = s tau_k / (1 + s tau_k), r what rises, f what falls"
+    quick = True
+    knot_unit = "s"
+    weights = (("rise", "V/V"), ("fall", "V/V"))
+    places = (Place.SOURCE, Place.G1, Place.F, Place.G2)
+    plainly = Filter.form
+    curved = False
+    least = 1
+
+    @property
+    def axis(self) -> str:
+        """Return the coordinate."""
+        return LEVELS[self.place].replace("level", "rate")
+
+    def summed(self, values: Values, grid: Grid) -> Run:
+        """Return the signal plus the weighted high-passes of what rises and what falls of it."""
+        used = [
+            (way, [(a, run_linear(stepper((tau, 0.0), (tau, 1.0), grid.step_s, "ramp")))
+                   for a, tau in zip(weights, self.knots, strict=True) if a])
+            for weights, way in zip(self.split(values), (np.maximum, np.minimum), strict=True)
+        ]  # fmt: skip
+        last, heights = 0.0, np.zeros(len(used))
+
+        def run(block: Block) -> Array:
+            nonlocal last
+            moves = np.diff(block.signal, prepend=last)
+            last = float(block.signal[-1])
+            out = block.signal.copy()
+            for i, (way, highs) in enumerate(used):
+                if highs:
+                    part = heights[i] + np.cumsum(way(moves, 0.0))
+                    heights[i] = part[-1]
+                    out += sum(a * high(block.holding(part)) for a, high in highs)
+            return out
+
+        return run
 
 
 @dataclass(frozen=True)

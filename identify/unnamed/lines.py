@@ -62,6 +62,11 @@ class Ripple(OneLine):
     weights = (("sine", "V/V"), ("cosine", "V/V"))
     places = (Place.SOURCE, Place.SENSE)
 
+    @property
+    def same_at(self) -> tuple[Place, ...]:
+        """Return its place; on plateaus v is u, and between them little is told of either."""
+        return (Place.SOURCE, Place.G1) if self.place is Place.SOURCE else super().same_at
+
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal times one plus the line."""
         line = self.line(values, grid)

@@ -110,7 +110,7 @@ class RateMap(Correction):
     equation = "s' = s + c(ds/dt), c straight between the knots"
     quick = True
     knot_unit = "V/s"
-    places = (Place.F, Place.G2, Place.SENSE)
+    places = (Place.G1, Place.F, Place.G2, Place.SENSE)
 
     @property
     def axis(self) -> str:
@@ -131,49 +131,70 @@ class RateMap(Correction):
 
 
 @dataclass(frozen=True)
-class ClockMap(Correction):
-    """A table over clock time, added to the signal."""
+class SourceMap(Correction):
+    """A memoryless law of what the generator puts out, past the circuit: a natural cubic spline over u."""
 
-    form = "drift of the offset"
-    kind = "a drift of the offset"
-    equation = "s' = s + c(t), c straight between the knots, t the clock"
-    knot_unit = "s"
-    places = (Place.G1, Place.F, Place.SENSE)
-
-    @property
-    def axis(self) -> str:
-        """Return the coordinate."""
-        return "clock time"
-
-    def summed(self, values: Values, grid: Grid) -> Run:
-        """Return the signal plus the table."""
-        return lambda block: np.asarray(block.signal + np.interp(block.time_s(), self.knots, values))
-
-
-@dataclass(frozen=True)
-class Moments(ClockMap):
-    """A table over clock time that is zero but at single moments."""
-
-    form = "single moments"
-    kind = "something that happens at single moments"
-
-
-@dataclass(frozen=True)
-class GainMap(Correction):
-    """A table over clock time, by which the signal grows."""
-
-    form = "drift of the gain"
-    kind = "a drift of the gain"
-    equation = "s' = s (1 + c(t)), c straight between the knots, t the clock"
-    knot_unit = "s"
-    weights = (("grow", "V/V"),)
-    places = (Place.G1, Place.F, Place.SENSE)
+    form = "map of the source"
+    kind = "a law of the source voltage, past the circuit"
+    equation = "s' = s + c(u), c a cubic spline through the knots"
+    knot_unit = "V"
+    places = (Place.SENSE,)
+    least = 4
+    even = True
 
     @property
     def axis(self) -> str:
         """Return the coordinate."""
-        return "clock time"
+        return LEVELS[Place.SOURCE]
 
     def summed(self, values: Values, grid: Grid) -> Run:
-        """Return the signal times one plus the table."""
-        return lambda block: np.asarray(block.signal * (1.0 + np.interp(block.time_s(), self.knots, values)))
+        """Return the signal plus the spline of the source voltage."""
+        rows, first, step = spline(self.knots, self.split(values)[0]), self.knots[0], self.knots[1] - self.knots[0]
+
+        def run(block: Block) -> Array:
+            out = np.empty_like(block.source)
+            kernels.plus_curve(first, step, rows, block.source, out)
+            return np.asarray(block.signal + out - block.source)
+
+        return run
+
+
+@dataclass(frozen=True)
+class Trailing(Correction):
+    """What stays behind a largest rate and catches up afterwards, for every knot: above zero rising, below falling."""
+
+    form = "lag behind a rate"
+    kind = "something that cannot follow fast enough"
+    equation = "s' = s - sum of a_k e_k, de_k/dt = ds/dt - q_k as long as e_k has the sign of q_k, else 0"
+    quick = True
+    knot_unit = "V/s"
+    weights = (("behind", "V/V"),)
+    places = (Place.G1, Place.F, Place.G2)
+    curved = False
+    least = 1
+
+    @property
+    def axis(self) -> str:
+        """Return the rate of the signal at the place."""
+        return LEVELS[self.place].replace("level", "rate")
+
+    def summed(self, values: Values, grid: Grid) -> Run:
+        """Return the signal less what is behind."""
+        last: float | None = None
+        used = [(weight, rate) for weight, rate in zip(values, self.knots, strict=True) if weight]
+        behind = [0.0] * len(used)
+
+        def run(block: Block) -> Array:
+            nonlocal last
+            moves = np.diff(block.signal, prepend=block.signal[0] if last is None else last)
+            last = float(block.signal[-1])
+            out = block.signal.copy()
+            for i, (weight, rate) in enumerate(used):
+                up = 1.0 if rate > 0.0 else -1.0
+                heap = behind[i] + np.cumsum(up * moves - abs(rate) * grid.step_s)
+                left = heap - np.minimum.accumulate(np.minimum(heap, 0.0))
+                behind[i] = float(left[-1])
+                out -= up * weight * left
+            return out
+
+        return run

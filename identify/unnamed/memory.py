@@ -1,4 +1,4 @@
-"""Which free-form laws change the hysteresis: bent borders, further plays, a creep, a gap that is not constant?"""
+"""Which free-form laws change the gap: bent borders, a gap that is not constant, a way past it, plateaus that creep?"""
 
 from dataclasses import dataclass
 
@@ -81,72 +81,95 @@ class GapOverRate(PlayCorrection):
 
 
 @dataclass(frozen=True)
-class GapOverClock(PlayCorrection):
-    """A gap that grows or shrinks with the clock: wear, warmth."""
+class GapAfterTurn(PlayCorrection):
+    """A gap that remembers how far v last went before it turned."""
 
-    form = "drift of the gap"
-    kind = "a drift of the gap"
-    equation = "D_L + c(t), D_U - c(t), c straight between the knots, t the clock"
-    knot_unit = "s"
-    weights = (("widen", "V"),)
+    form = "gap after a turn"
+    kind = "a gap that depends on where the signal last turned"
+    equation = "D_L + c_L(abs(v_0)), D_U - c_U(abs(v_0)), v_0 where v turned last, both straight between the knots"
+    knot_unit = "V"
+    weights = (("L", "V"), ("U", "V"))
 
     @property
     def axis(self) -> str:
         """Return the coordinate."""
-        return "clock time"
+        return "level of v"
 
     def played(self, borders: Values, values: Values, grid: Grid) -> Run:
-        """Return the operator whose gap follows the clock."""
-        return widened_play(borders, lambda block: np.interp(block.time_s(), self.knots, values))
+        """Return the operator whose gap follows the last turn."""
+        lower, upper = (self._widened(part) for part in self.split(values))
+        return widened_play(borders, lower, upper)
+
+    def _widened(self, values: Array) -> Run:
+        """Return by how much a border is farther out, V."""
+        last, up, turned = 0.0, 0.0, 0.0
+
+        def widened(block: Block) -> Array:
+            nonlocal last, up, turned
+            v = np.concatenate(([last], block.signal))
+            moves = np.diff(v)
+            way = _kept(np.concatenate(([up], np.where(np.abs(moves) > REST_V, np.sign(moves), 0.0))))
+            turns = way[1:] * way[:-1] < 0.0
+            latest = np.maximum.accumulate(np.where(turns, np.arange(turns.size), -1))
+            at = np.where(latest >= 0, np.abs(v[latest]), turned)
+            last, up, turned = float(v[-1]), float(way[-1]), float(at[-1])
+            return np.interp(at, self.knots, values)
+
+        return widened
 
 
-def widened_play(borders: Values, widened: Run) -> Run:
-    """Return the play operator whose half gap is wider by a running signal, V."""
+def _kept(signs: Array) -> Array:
+    """Return signs with every zero as the one before it."""
+    latest = np.maximum.accumulate(np.where(signs != 0.0, np.arange(signs.size), 0))
+    return np.asarray(signs[latest])
+
+
+@dataclass(frozen=True)
+class Leak(PlayCorrection):
+    """What of v comes through to w whatever the gap does: a map of v, added behind it."""
+
+    form = "map past the gap"
+    kind = "a path past the gap"
+    equation = "w' = w + c(v), c a cubic spline through the knots"
+    knot_unit = "V"
+    least = 4
+    even = True
+
+    @property
+    def axis(self) -> str:
+        """Return the coordinate."""
+        return "level of v"
+
+    def played(self, borders: Values, values: Values, grid: Grid) -> Run:
+        """Return the operator plus the map of what enters it."""
+        s_l, d_l, s_u, d_u = borders
+        rows, first, step = spline(self.knots, self.split(values)[0]), self.knots[0], self.knots[1] - self.knots[0]
+        w = 0.0
+
+        def run(block: Block) -> Array:
+            nonlocal w
+            out, passed = np.empty_like(block.signal), np.empty_like(block.signal)
+            w = kernels.play(s_l, d_l, s_u, d_u, w, block.signal, out)
+            kernels.plus_curve(first, step, rows, block.signal, passed)
+            return np.asarray(out + passed - block.signal)
+
+        return run
+
+
+def widened_play(borders: Values, widened: Run, other: Run | None = None) -> Run:
+    """Return the play operator whose half gap is wider by a running signal, V; by an ``other`` one at the border U."""
     s_l, d_l, s_u, d_u = borders
     w = 0.0
 
     def run(block: Block) -> Array:
         nonlocal w
         wider = widened(block)
-        lower, upper = s_l * (block.signal - d_l - wider), s_u * (block.signal - d_u + wider)
+        further = wider if other is None else other(block)
+        lower, upper = s_l * (block.signal - d_l - wider), s_u * (block.signal - d_u + further)
         w = kernels.play_between(lower, upper, w, lower)
         return np.asarray(lower)
 
     return run
-
-
-@dataclass(frozen=True)
-class Hysteresis(Correction):
-    """Further plays with half gaps at the knots, so that turning points other than F's matter (Prandtl-Ishlinskii)."""
-
-    form = "second hysteresis"
-    kind = "a second hysteresis"
-    equation = "s' = s + sum of a_k (play of s with half gap r_k, less s)"
-    quick = True
-    knot_unit = "V"
-    weights = (("weight", "V/V"),)
-    places = (Place.F, Place.SENSE)
-    curved = False
-    least = 1
-
-    @property
-    def axis(self) -> str:
-        """Return the coordinate."""
-        return "branch"
-
-    def summed(self, values: Values, grid: Grid) -> Run:
-        """Return the signal plus the weighted plays."""
-        levels = [0.0] * len(self.knots)
-
-        def run(block: Block) -> Array:
-            out = block.signal.copy()
-            wider = np.empty_like(out)
-            for i, (weight, r) in enumerate(zip(values, self.knots, strict=True)):
-                levels[i] = kernels.play(1.0, r, 1.0, -r, levels[i], block.signal, wider)
-                out += weight * (wider - block.signal)
-            return out
-
-        return run
 
 
 @dataclass(frozen=True)

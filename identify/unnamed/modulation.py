@@ -1,7 +1,8 @@
-"""Which free-form laws let one thing change another: a load the gain or the gap, the level the speed?"""
+"""Which free-form laws let one thing change another: a load the gain, the zero or the gap, the level the speed?"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -16,14 +17,15 @@ from identify.unnamed.memory import widened_play
 
 @dataclass(frozen=True)
 class Warming(Correction):
-    """A gain that follows the load of the recent past: the square of the signal behind lags, the knots."""
+    """A gain that follows the load of the recent past: a power of the signal's size behind lags, the knots."""
 
     form = "gain after load"
     kind = "a gain that follows the load of the recent past"
     equation = "s' = s (1 + sum of a_k T_k), T_k = s^2 / (1 + s tau_k) in operator form"
+    power: ClassVar[float] = 2.0  # of heat; of a supply that sags under a current it is 1
     knot_unit = "s"
     weights = (("warm", "V^-2"),)
-    places = (Place.G1, Place.F, Place.SENSE)
+    places: ClassVar[tuple[Place, ...]] = (Place.SOURCE, Place.G1, Place.F, Place.SENSE)
     curved = False
     least = 1
 
@@ -33,9 +35,36 @@ class Warming(Correction):
         return LEVELS[self.place]
 
     def summed(self, values: Values, grid: Grid) -> Run:
-        """Return the signal times one plus the weighted lags of its square."""
-        warmth = _warmth(self.knots, values, grid)
+        """Return the signal times one plus the weighted lags of its load."""
+        warmth = _warmth(self.knots, values, grid, self.power)
         return lambda block: np.asarray(block.signal * (1.0 + warmth(block)))
+
+
+@dataclass(frozen=True)
+class Sag(Warming):
+    """A gain that follows the size of the signal in the recent past, as behind a supply that gives way."""
+
+    form = "gain after use"
+    kind = "a gain that follows the use of the recent past"
+    equation = "s' = s (1 + sum of a_k T_k), T_k = abs(s) / (1 + s tau_k) in operator form"
+    power = 1.0
+    weights = (("sag", "V^-1"),)
+
+
+@dataclass(frozen=True)
+class Heated(Warming):
+    """A zero that follows the load of the recent past, as thermocouples in a part that warms make."""
+
+    form = "offset after load"
+    kind = "an offset that follows the load of the recent past"
+    equation = "s' = s + sum of a_k T_k, T_k = s^2 / (1 + s tau_k) in operator form"
+    weights = (("warm", "V^-1"),)
+    places = (Place.G1, Place.F, Place.SENSE)
+
+    def summed(self, values: Values, grid: Grid) -> Run:
+        """Return the signal plus the weighted lags of its load."""
+        warmth = _warmth(self.knots, values, grid, self.power)
+        return lambda block: np.asarray(block.signal + warmth(block))
 
 
 @dataclass(frozen=True)
@@ -44,9 +73,9 @@ class GapAfterLoad(PlayCorrection):
 
     form = "gap after load"
     kind = "a gap that follows the load of the recent past"
-    equation = "D_L + c, D_U - c, c = sum of a_k T_k, T_k = v^2 / (1 + s tau_k) in operator form"
+    equation = "D_L + c_L, D_U - c_U, each a sum of a_k T_k, T_k = v^2 / (1 + s tau_k) in operator form"
     knot_unit = "s"
-    weights = (("warm", "V^-1"),)
+    weights = (("L", "V^-1"), ("U", "V^-1"))
     curved = False
     least = 1
 
@@ -56,17 +85,21 @@ class GapAfterLoad(PlayCorrection):
         return LEVELS[Place.G1]
 
     def played(self, borders: Values, values: Values, grid: Grid) -> Run:
-        """Return the operator whose gap follows the load."""
-        return widened_play(borders, _warmth(self.knots, values, grid))
+        """Return the operator whose borders follow the load."""
+        lower, upper = (_warmth(self.knots, part, grid, Warming.power) for part in self.split(values))
+        return widened_play(borders, lower, upper)
 
 
-def _warmth(lags_s: Sequence[float], weights: Values, grid: Grid) -> Run:
-    """Return what the square of a signal warms behind lags, weighed."""
-    lags = [run_linear(stepper((1.0,), (tau, 1.0), grid.step_s, "ramp")) for tau in lags_s]
+def _warmth(lags_s: Sequence[float], weights: Values | Array, grid: Grid, power: float) -> Run:
+    """Return what a power of a signal's size makes behind lags, weighed."""
+    lags = [
+        (a, run_linear(stepper((1.0,), (tau, 1.0), grid.step_s, "ramp")))
+        for a, tau in zip(weights, lags_s, strict=True) if a
+    ]  # fmt: skip
 
     def run(block: Block) -> Array:
-        load = Block(np.square(block.signal), block.source, block.first, block.grid)
-        return np.asarray(sum(a * lag(load) for a, lag in zip(weights, lags, strict=True)))
+        load = Block(np.abs(block.signal) ** power, block.source, block.first, block.grid)
+        return np.asarray(sum(a * lag(load) for a, lag in lags))
 
     return run
 

@@ -13,19 +13,35 @@ from identify.chain import Chain
 from identify.model import Physics
 from identify.stage import Place
 from identify.unnamed.correction import UNNAMED, Correction
-from identify.unnamed.linear import Bypass, Filter, SlowFilter
+from identify.unnamed.hysteresis import Hysteresis, Relays, Sticking
+from identify.unnamed.linear import Bypass, Filter, OneWay, SlowFilter
 from identify.unnamed.lines import GapRipple, Line, Ripple
-from identify.unnamed.maps import BrokenMap, ClockMap, GainMap, LevelMap, Moments, RateMap
-from identify.unnamed.memory import BorderMap, GapOverClock, GapOverRate, Hysteresis, Plateau
-from identify.unnamed.modulation import GapAfterLoad, Swiftness, Warming
+from identify.unnamed.maps import BrokenMap, LevelMap, RateMap, SourceMap, Trailing
+from identify.unnamed.memory import BorderMap, GapAfterTurn, GapOverRate, Leak, Plateau
+from identify.unnamed.modulation import GapAfterLoad, Heated, Sag, Swiftness, Warming
+from identify.unnamed.timed import (
+    Ageing,
+    ClockMap,
+    GainInRun,
+    GainMap,
+    GainSteps,
+    GapInRun,
+    GapOverClock,
+    GapSteps,
+    Moments,
+    OffsetInRun,
+    OffsetSteps,
+)
 
 AT = "at"
 UNEVEN = 1e-6  # share by which evenly spaced knots may differ, for rounding
 KINDS: dict[str, type[Correction]] = {
     kind.form: kind
     for kind in (
-        LevelMap, BrokenMap, BorderMap, RateMap, Filter, SlowFilter, Bypass, Hysteresis, Plateau, GapOverRate,
-        GapOverClock, GapRipple, ClockMap, Moments, GainMap, Line, Ripple, Warming, GapAfterLoad, Swiftness,
+        LevelMap, BrokenMap, BorderMap, SourceMap, Leak, RateMap, Trailing, Filter, SlowFilter, OneWay, Bypass,
+        Hysteresis, Relays, Sticking, Plateau, GapOverRate, GapAfterTurn, ClockMap, OffsetSteps, OffsetInRun, Moments,
+        GainMap, GainSteps, GainInRun, GapOverClock, GapSteps, GapInRun, Ageing, Line, Ripple, GapRipple, Warming, Sag,
+        Heated, GapAfterLoad, Swiftness,
     )
 }  # fmt: skip
 

@@ -385,6 +385,37 @@ def _sag(rng: Rng, reach: Reach) -> Scaled:
     return lambda strength: {"rail": top * (1.0 + sag - 0.6 * strength), "sag": sag, "tau": tau}
 
 
+def _glitch(rng: Rng, reach: Reach) -> Scaled:
+    tau, up = between(rng, 0.5e-3, 5e-3), sign(rng)
+    return lambda strength: {"size": 0.2 * up * reach.u_v * strength, "tau": tau}
+
+
+def _drifting(rng: Rng, reach: Reach) -> Scaled:
+    tau = between(rng, 2e-3, 30e-3)
+    return lambda strength: {"rate": 0.02 * strength, "tau": tau}
+
+
+def _dent(rng: Rng, reach: Reach) -> Scaled:
+    level, up = float(rng.uniform(-0.5, 0.5)) * reach.high_w_v, sign(rng)
+    width = float(rng.uniform(0.05, 0.25)) * reach.high_w_v
+    return lambda strength: {"size": 0.1 * up * reach.high_w_v * strength, "level": level, "width": width}
+
+
+def _sagging(rng: Rng, reach: Reach) -> Scaled:
+    tau = between(rng, 0.05, 1.0)
+    return lambda strength: {"k": 0.3 / reach.high_w_v * strength, "tau": tau}
+
+
+def _crosstalk(rng: Rng, reach: Reach) -> Scaled:
+    level, up = float(rng.uniform(-0.5, 0.5)) * reach.u_v, sign(rng)
+    return lambda strength: {"size": 10.0 * up * reach.rig.noise_v * strength, "level": level}
+
+
+def _wavy(rng: Rng, reach: Reach) -> Scaled:
+    period = float(rng.uniform(0.15, 0.5)) * reach.high_w_v
+    return lambda strength: {"size": 0.05 * reach.high_w_v * strength, "period": period}
+
+
 UNHEARD: tuple[Kind, ...] = (
     Kind("reference_ripple", "source", "reference_ripple", _ripple),
     Kind("level_dependent_delay", "G1", "level_dependent_delay", _one("k", lambda r: 8e-3 / r.v_v)),
@@ -403,4 +434,14 @@ UNHEARD: tuple[Kind, ...] = (
     Kind("sagging_rails", "F", "sagging_rails", _sag),
     Kind("one_way_lag", "G2", "one_way_lag", _one("tau", lambda r: 5e-3)),
     Kind("adc_ripple", "sense", "adc_ripple", _ripple),
+    Kind("dac_glitch", "source", "dac_glitch", _glitch),
+    Kind("tired_source", "source", "tired_source", _one("k", lambda r: 0.05 / r.u_v)),
+    Kind("drifting_pole", "G1", "drifting_pole in G1", _drifting),
+    Kind("drifting_pole", "G2", "drifting_pole in G2", _drifting),
+    Kind("remembering_gap", "F", "remembering_gap", _one("k", lambda r: 0.5 / r.v_v)),
+    Kind("one_way_slew", "F", "one_way_slew", lambda rng, r: lambda s: {"rate": r.speed_v * r.rig.s_l * (1.05 - s)}),
+    Kind("dent", "F", "dent", _dent),
+    Kind("sagging_supply", "G2", "sagging_supply", _sagging),
+    Kind("crosstalk", "sense", "crosstalk", _crosstalk),
+    Kind("wavy_adc", "sense", "wavy_adc", _wavy),
 )

@@ -6,6 +6,7 @@ one: they stand for what a user's rig has and nobody thought of.
 
 import numpy as np
 from numba import njit
+from scipy.signal import lfilter
 
 from tests.proof.integrator import Array, play, read_when, sticking_play
 from tests.proof.physics import Change, Place, Scene, borders, lag
@@ -148,6 +149,80 @@ def adc_ripple(y: Array, scene: Scene) -> Array:
     return y * (1.0 + scene.values["share"] * np.sin(2.0 * np.pi * scene.values["frequency"] * scene.clock_s))
 
 
+def dac_glitch(drive: Array, scene: Scene) -> Array:
+    """Add a pulse of ``size`` [V] that dies away in ``tau`` [s] wherever u changes its sign: a DAC's largest bit."""
+    grid, sub = scene.grid, drive.size // scene.u.size
+    pulses = np.zeros(drive.size)
+    pulses[sub * (np.flatnonzero(np.diff(scene.u > 0.0)) + 1)] = scene.values["size"]
+    return drive + lfilter([1.0], [1.0, -np.exp(-grid.step_s / scene.values["tau"])], pulses)
+
+
+def tired_source(drive: Array, scene: Scene) -> Array:
+    """Let the source weaken with what it has given: u times 1 - k q, q the integral of |u| in the run [V s]."""
+    return drive * (1.0 - scene.values["k"] * np.cumsum(np.abs(drive)) * scene.grid.step_s)
+
+
+def drifting_pole(signal: Array, scene: Scene) -> Array:
+    """Let a lag of ``tau`` [s] come in with the clock: a share rate t of the signal is behind it."""
+    time_s = scene.grid.start_s + scene.grid.run_s
+    return signal + scene.values["rate"] * time_s * (lag(signal, scene.values["tau"], scene) - signal)
+
+
+def remembering_gap(v: Array, scene: Scene) -> Array:
+    """Let both crossings grow by k [1/V] of how far v went before it turned last."""
+    rig = scene.rig
+    wider = 1.0 + scene.values["k"] * _turned(v)
+    return play(rig.s_l * (v - wider * rig.d_l_v), rig.s_u * (v - wider * rig.d_u_v), 0.0, 1.0, 0.0)
+
+
+@njit(cache=True)
+def _turned(signal):  # type: ignore[no-untyped-def]  # compiled
+    """Return how far the signal was from zero where it turned last."""
+    out = np.empty(signal.size)
+    last, up, turned = 0.0, True, 0.0
+    for n in range(signal.size):
+        if (signal[n] < last) if up else (signal[n] > last):
+            up, turned = not up, abs(last)
+        last = signal[n]
+        out[n] = turned
+    return out
+
+
+def one_way_slew(w: Array, scene: Scene) -> Array:
+    """Let w rise by no more than ``rate`` [V/s], and fall as it likes."""
+    return _rising_slowly(w, scene.values["rate"] * scene.grid.step_s)
+
+
+@njit(cache=True)
+def _rising_slowly(signal, most):  # type: ignore[no-untyped-def]  # compiled
+    """Return the signal followed by a stage that rises by ``most`` a step at most."""
+    out = signal.copy()
+    for n in range(1, signal.size):
+        out[n] = min(signal[n], out[n - 1] + most)
+    return out
+
+
+def dent(w: Array, scene: Scene) -> Array:
+    """Add a bump of ``size`` [V] at w = ``level`` [V], ``width`` [V] wide: a worn track."""
+    return w + scene.values["size"] * np.exp(-(((w - scene.values["level"]) / scene.values["width"]) ** 2))
+
+
+def sagging_supply(x: Array, scene: Scene) -> Array:
+    """Let what is put out lose a share k [1/V] of what |x| was on average over the last ``tau`` [s]."""
+    return x * (1.0 - scene.values["k"] * lag(np.abs(x), scene.values["tau"], scene))
+
+
+def crosstalk(y: Array, scene: Scene) -> Array:
+    """Add ``size`` [V] while u is above ``level`` [V]: a logic line runs beside the sense wire."""
+    before = np.concatenate([[0.0], scene.u[:-1]])
+    return y + scene.values["size"] * (before > scene.values["level"])
+
+
+def wavy_adc(y: Array, scene: Scene) -> Array:
+    """Bend the readings by a wave of ``size`` [V] and ``period`` [V], as a folding converter does."""
+    return y + scene.values["size"] * np.sin(2.0 * np.pi * y / scene.values["period"])
+
+
 OUTSIDE: dict[str, tuple[Place, Change]] = {
     "reference_ripple": ("drive", reference_ripple),
     "level_dependent_delay": ("v", level_dependent_delay),
@@ -166,4 +241,14 @@ OUTSIDE: dict[str, tuple[Place, Change]] = {
     "sagging_rails": ("w", sagging_rails),
     "one_way_lag": ("x", one_way_lag),
     "adc_ripple": ("y", adc_ripple),
+    "dac_glitch": ("drive", dac_glitch),
+    "tired_source": ("drive", tired_source),
+    "drifting_pole in G1": ("v", drifting_pole),
+    "drifting_pole in G2": ("x", drifting_pole),
+    "remembering_gap": ("play", remembering_gap),
+    "one_way_slew": ("w", one_way_slew),
+    "dent": ("w", dent),
+    "sagging_supply": ("x", sagging_supply),
+    "crosstalk": ("y", crosstalk),
+    "wavy_adc": ("y", wavy_adc),
 }

@@ -93,7 +93,7 @@ def _key(seed: int, stratum: Stratum, number: int, effects: Collection[str]) -> 
     """Return a trial of another stratum: nulls and pairs are counted through, the rest takes its kinds in turn."""
     if stratum in ("null", "pair"):
         return Key(seed, stratum, stratum, number)
-    ids = [kind.id for kind in UNHEARD] if stratum == "outside" else sorted(set(effects) - SEEN)
+    ids = list(dict.fromkeys(k.id for k in UNHEARD)) if stratum == "outside" else sorted(set(effects) - SEEN)
     return Key(seed, stratum, ids[number % len(ids)], number // len(ids))
 
 

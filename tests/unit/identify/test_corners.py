@@ -14,8 +14,9 @@ from identify.explain.prove import proven
 from identify.explain.shape import shape_of
 from identify.stage import Place
 from identify.trace import Step
-from identify.unnamed.maps import BrokenMap, Moments
+from identify.unnamed.maps import BrokenMap
 from identify.unnamed.modulation import Swiftness
+from identify.unnamed.timed import Moments
 from tests.proof.cases import Concealed
 from tests.proof.integrator import read_when
 from tests.proof.rigs import OP_AMP

@@ -24,6 +24,7 @@ WALK = staircase("walk", FIG13_LEVELS_V, 0.03)
 BYPASS = catalogue()["feedthrough"](Place.SENSE)
 LEAK, BOTH = (catalogue()["plateau_droop"](Place.F, form) for form in ("leak", "leak and bias"))
 CREEP = catalogue()["dielectric_absorption"](Place.F, "on plateaus")
+SOFT = catalogue()["soft_saturation"]
 SECOND, TILT = catalogue()["second_play"](Place.F), catalogue()["plateau_tilt"](Place.F)
 TRUTH = {"feedthrough.k": 0.011, "plateau_droop.rate": 3.0, "dielectric_absorption.fraction": 0.5,
          "dielectric_absorption.tau": 0.1}  # fmt: skip
@@ -129,6 +130,18 @@ def test_a_rig_without_a_gap_has_no_borders_that_a_law_could_end_as() -> None:
     warm, ceramic = catalogue()["self_heating"](Place.F), catalogue()["capacitor_nonlinearity"](Place.G1, "square")
     assert warm.plainer(warm.put_in(straight, {"k": 1e-3, "tau": 0.1})) is None
     assert ceramic.plainer(ceramic.put_in(straight, {"k2": 1e-3, "tau": 100.0})) is None
+
+
+def test_a_compression_with_a_knee_is_the_diode_that_it_hardly_differs_from_and_a_tanh_is_none() -> None:
+    there, law = bench(Concealed("diode_clamp", {"drop": 1e-6, "knee": 0.9})), SOFT(Place.F, "diode upper")
+    start = {"soft_saturation.level": 12.5, "soft_saturation.knee": 0.9, "soft_saturation.slope": 0.0}
+    soft = there.fitted(there.with_effects((law,), start), (law,))
+    found = plainer(there, soft, law)
+    assert found.effects == (catalogue()["diode_clamp"](Place.F, "upper"),)
+    assert found.fit.chain.values["diode_clamp.n_vt"] == pytest.approx(0.9, rel=0.02)
+    assert found.chi2 < soft.chi2
+    tanh = SOFT(Place.F, "tanh both")
+    assert tanh.plainer(tanh.put_in(there.plain, {"level": 20.0})) is None
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from identify.explain.bench import Bench
 from identify.explain.locate import located
 from identify.explain.warrant import Warranted
 from identify.stage import Place
-from identify.unnamed.maps import ClockMap
+from identify.unnamed.timed import ClockMap
 from tests.proof.ask import known_effects, parted
 from tests.proof.bench import record
 from tests.proof.cases import Concealed

@@ -11,7 +11,8 @@ from identify.explain.round import Round
 from identify.explain.warrant import warranted
 from identify.stage import Place
 from identify.unnamed.correction import Correction
-from identify.unnamed.maps import ClockMap, LevelMap
+from identify.unnamed.maps import LevelMap
+from identify.unnamed.timed import ClockMap
 from tests.proof.rigs import OP_AMP
 from tests.proof.stimuli import FIG13_LEVELS_V, staircase
 from tests.trials import model_of, observed, recorded

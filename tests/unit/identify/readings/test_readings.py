@@ -11,7 +11,7 @@ from identify.colour import Colour, whitening
 from identify.effects import catalogue
 from identify.effects.effect import Confusion, short
 from identify.explain.explain import explain, prepared
-from identify.explain.readings import Look, counts_another, hides_noise, loses, read, reread, suspected
+from identify.explain.readings import Look, counts_another, finding, hides_noise, loses, read, reread, suspected
 from identify.holdout import settling_s, split
 from identify.interval import Interval
 from identify.noise import good
@@ -29,7 +29,7 @@ from identify.readings.grid import COARSE, adc_steps
 from identify.readings.mend import answer, mended
 from identify.readings.missing_samples import MissingSamples, loss_in, with_gap
 from identify.readings.spectra import lines_of, power_of, spectra
-from identify.readings.spikes import outliers, spikes
+from identify.readings.spikes import Spikes, outliers, spikes
 from identify.stage import Place
 from identify.trace import Step, Trace
 from tests.contract.test_effects import STAGES, UNITS
@@ -204,6 +204,14 @@ def test_noise_that_is_less_than_what_is_left_is_not_told(monkeypatch, drift_v, 
     noise = ColouredNoise(small, 1e-9)
     found = reread(replace(seen, found=(noise,)), CHAIN, (), (), False).found
     assert [blemish.id for blemish in found] == told
+
+
+def test_noise_beside_an_unnamed_law_is_no_likelier_than_not_and_other_blemishes_are_what_they_are():
+    """What makes the rest may have made what looks like noise; a spike is a spike."""
+    noise = ColouredNoise({"sd": Interval(1e-3, 5e-4, 2e-3), "slope": Interval(1.0, 0.8, 1.2)}, 0.0)
+    spike = Spikes({"rate": Interval(1.0, 0.5, 2.0), "size": Interval(0.1, 0.09, 0.11)}, 0.0)
+    assert [finding(noise, beside).probability for beside in (False, True)] == [0.95, 0.5]
+    assert [finding(spike, beside).probability for beside in (False, True)] == [0.95, 0.95]
 
 
 def test_readings_that_stand_still_on_a_coarse_grid_have_no_noise_to_be_coloured():

@@ -1,0 +1,198 @@
+"""Which free-form laws act by time: a drift of the offset, of the gain, of the gap, or of the dynamics?
+
+Time is the clock, on which a table is straight between its knots, or holds from one knot to the next, as where somebody
+touches a rig between runs; or it is counted from the start of every run, as where a rig warms up once it is on.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from identify.blocks import run_linear
+from identify.discretise import stepper
+from identify.stage import Block, Grid, Place, Run, Values
+from identify.trace import Array
+from identify.unnamed.correction import Correction, PlayCorrection
+from identify.unnamed.memory import widened_play
+
+
+@dataclass(frozen=True)
+class Timed(Correction):
+    """A table over time."""
+
+    knot_unit = "s"
+    counted: ClassVar[Literal["drifts", "holds", "in a run"]] = "drifts"
+
+    @property
+    def axis(self) -> str:
+        """Return the coordinate."""
+        return "time in a run" if self.counted == "in a run" else "clock time"
+
+    @property
+    def same_at(self) -> tuple[Place, ...]:
+        """Return the places at which this gives the same data: what is slow goes through G1 as it is."""
+        return (Place.G1, Place.SOURCE) if self.place is Place.G1 else super().same_at
+
+    def table(self, values: Values | Array) -> Run:
+        """Return the running table."""
+        if self.counted == "in a run":
+            return lambda block: np.interp(block.time_s() - block.grid.start_s, self.knots, values)
+        if self.counted == "drifts":
+            return lambda block: np.interp(block.time_s(), self.knots, values)
+        at = np.array(values)
+        return lambda block: at[np.maximum(np.searchsorted(self.knots, block.time_s(), side="right") - 1, 0)]
+
+
+@dataclass(frozen=True)
+class ClockMap(Timed):
+    """A table over time, added to the signal."""
+
+    form = "drift of the offset"
+    kind = "a drift of the offset"
+    equation = "s' = s + c(t), c straight between the knots, t the clock"
+    places = (Place.G1, Place.F, Place.SENSE)
+
+    def summed(self, values: Values, grid: Grid) -> Run:
+        """Return the signal plus the table."""
+        table = self.table(values)
+        return lambda block: np.asarray(block.signal + table(block))
+
+
+@dataclass(frozen=True)
+class Moments(ClockMap):
+    """A table over clock time that is zero but at single moments."""
+
+    form = "single moments"
+    kind = "something that happens at single moments"
+
+
+@dataclass(frozen=True)
+class OffsetSteps(ClockMap):
+    """An offset that is another from one run to the next."""
+
+    form = "offset by runs"
+    kind = "an offset that changes between runs"
+    equation = "s' = s + c(t), c held from knot to knot, t the clock"
+    counted = "holds"
+
+
+@dataclass(frozen=True)
+class OffsetInRun(ClockMap):
+    """An offset that goes with the time since a run began."""
+
+    form = "offset within a run"
+    kind = "an offset that comes anew in every run"
+    equation = "s' = s + c(t), c straight between the knots, t from the start of a run"
+    counted = "in a run"
+
+
+@dataclass(frozen=True)
+class GainMap(Timed):
+    """A table over time, by which the signal grows."""
+
+    form = "drift of the gain"
+    kind = "a drift of the gain"
+    equation = "s' = s (1 + c(t)), c straight between the knots, t the clock"
+    weights = (("grow", "V/V"),)
+    places = (Place.G1, Place.F, Place.SENSE)
+
+    def summed(self, values: Values, grid: Grid) -> Run:
+        """Return the signal times one plus the table."""
+        table = self.table(values)
+        return lambda block: np.asarray(block.signal * (1.0 + table(block)))
+
+
+@dataclass(frozen=True)
+class GainSteps(GainMap):
+    """A gain that is another from one run to the next."""
+
+    form = "gain by runs"
+    kind = "a gain that changes between runs"
+    equation = "s' = s (1 + c(t)), c held from knot to knot, t the clock"
+    counted = "holds"
+
+
+@dataclass(frozen=True)
+class GainInRun(GainMap):
+    """A gain that goes with the time since a run began."""
+
+    form = "gain within a run"
+    kind = "a gain that drifts anew in every run"
+    equation = "s' = s (1 + c(t)), c straight between the knots, t from the start of a run"
+    counted = "in a run"
+
+
+@dataclass(frozen=True)
+class GapOverClock(PlayCorrection, Timed):
+    """A gap that grows or shrinks with time: wear, warmth."""
+
+    form = "drift of the gap"
+    kind = "a drift of the gap"
+    equation = "D_L + c_L(t), D_U - c_U(t), both straight between the knots, t the clock"
+    weights = (("L", "V"), ("U", "V"))
+
+    def played(self, borders: Values, values: Values, grid: Grid) -> Run:
+        """Return the operator whose borders follow the time."""
+        lower, upper = (self.table(part) for part in self.split(values))
+        return widened_play(borders, lower, upper)
+
+
+@dataclass(frozen=True)
+class GapSteps(GapOverClock):
+    """A gap that is another from one run to the next."""
+
+    form = "gap by runs"
+    kind = "a gap that changes between runs"
+    equation = "D_L + c_L(t), D_U - c_U(t), both held from knot to knot, t the clock"
+    counted = "holds"
+
+
+@dataclass(frozen=True)
+class GapInRun(GapOverClock):
+    """A gap that goes with the time since a run began."""
+
+    form = "gap within a run"
+    kind = "a gap that drifts anew in every run"
+    equation = "D_L + c_L(t), D_U - c_U(t), both straight between the knots, t from the start of a run"
+    counted = "in a run"
+
+
+@dataclass(frozen=True)
+class Ageing(Correction):
+    """Dynamics that drift with the clock: high-passes whose weights grow with it; the last knot is the time it takes.
+
+    What is there from the beginning is dynamics that stay, and of another kind.
+    """
+
+    form = "drift of the dynamics"
+    kind = "dynamics that drift"
+    equation = "s' = s + t / T sum of a_k s tau_k / (1 + s tau_k), T the last knot, t the clock"
+    quick = True
+    knot_unit = "s"
+    weights = (("drift", "V/V"),)
+    places = (Place.G1, Place.G2)
+    curved = False
+
+    @property
+    def axis(self) -> str:
+        """Return the coordinate."""
+        return "clock time"
+
+    @property
+    def numbers(self) -> range:
+        """Return the numbers of the time constants."""
+        return range(1, len(self.knots))
+
+    def summed(self, values: Values, grid: Grid) -> Run:
+        """Return the signal plus the high-passes that grow."""
+        passed = [
+            (a, run_linear(stepper((tau, 0.0), (tau, 1.0), grid.step_s, "ramp")))
+            for a, tau in zip(values, self.knots[:-1], strict=True) if a
+        ]  # fmt: skip
+
+        def run(block: Block) -> Array:
+            grown = sum(a * high(block) for a, high in passed)
+            return np.asarray(block.signal + block.time_s() / self.knots[-1] * grown)
+
+        return run

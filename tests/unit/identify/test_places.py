@@ -1,0 +1,51 @@
+"""Is physics of no catalogue located at its stage, on the coordinate that it goes with?
+
+What is planted comes from the bench's own integrator. The corrections are families: none of them is the law planted.
+"""
+
+import pytest
+
+from identify.effects import chain_of
+from identify.explain.bench import Bench
+from identify.explain.locate import Located, located
+from identify.stage import Place
+from tests.proof.cases import Concealed
+from tests.proof.rigs import OP_AMP
+from tests.proof.stimuli import FIG13_LEVELS_V, Stimulus, sine, staircase
+from tests.trials import model_of, observed, recorded
+
+NOISE_V = 0.01
+WALK, WAVE = staircase("walk", FIG13_LEVELS_V, 0.02), sine("wave", 20.0, 3.0, 3, 1)
+SMALL, AGAIN = sine("small", 20.0, 1.9, 3, 1), staircase("again", FIG13_LEVELS_V, 0.02)
+PLANTED = {  # law -> its values, the stage, the forms that may tell it, the least share of the misfit they explain
+    "remembering_gap": ({"k": 0.02}, Place.F, {"gap after a turn", "gap within a run"}, 0.9),
+    "one_way_slew": ({"rate": 400.0}, Place.F, {"lag behind a rate"}, 0.9),
+    "drifting_pole in G1": ({"rate": 2e-3, "tau": 5e-3}, Place.G1, {"drift of the dynamics"}, 0.9),
+    "drifting_pole in G2": ({"rate": 2e-3, "tau": 5e-3}, Place.G2, {"drift of the dynamics"}, 0.9),
+    "trigger": ({"size": 0.3, "level": 5.0}, Place.F, {"relays"}, 0.6),
+    "stick_slip": ({"stuck": 0.3}, Place.F, {"stick and slip"}, 0.7),
+    "crosstalk": ({"size": 0.2, "level": 0.7}, Place.SENSE, {"map of the source"}, 0.6),
+    "wavy_adc": ({"size": 0.1, "period": 6.0}, Place.SENSE, {"map of the level"}, 0.6),
+    "tired_source": ({"k": 0.05}, Place.SOURCE, {"gain after use"}, 0.9),
+    "sagging_supply": ({"k": 4e-3, "tau": 0.05}, Place.SENSE, {"gain after use"}, 0.9),
+}  # fmt: skip
+
+
+def found(*runs: Stimulus, physics: Concealed) -> Located:
+    """Return where the mismatch of recordings of the op-amp rig enters; the last begin 40 s after the first."""
+    starts_s = [3.0 * i for i in range(len(runs) - 1)] + [40.0]
+    traces = [
+        recorded(OP_AMP, s, (physics,), NOISE_V, i, at, 8) for i, (s, at) in enumerate(zip(runs, starts_s, strict=True))
+    ]
+    bench = Bench(chain_of(model_of(OP_AMP)), tuple(observed(t, NOISE_V, 1) for t in traces), (), ())
+    return located(bench, bench.fitted(bench.plain, ()))
+
+
+@pytest.mark.parametrize("law", PLANTED)
+def test_a_law_that_nobody_listed_is_located_on_what_it_goes_with(law: str) -> None:
+    values, place, forms, least = PLANTED[law]
+    told = found(WALK, WAVE, SMALL, AGAIN, physics=Concealed(law, values))
+    assert told.significant
+    assert (told.best.place, told.best.form in forms) == (place, True), told.best
+    assert told.share > least
+    assert told.places[place] > 0.3
