@@ -12,6 +12,7 @@ from identify.explain.beside import selected_beside, selected_either
 from identify.explain.carried import alike_weighed, bare, carried, left_by_chance, price, rougher, weighed_again
 from identify.explain.explain import explain, prepared
 from identify.explain.prune import pruned
+from identify.explain.rivals import _ahead
 from identify.explain.round import Round
 from identify.explain.suspect import suspects
 from identify.explain.wander import changes, whitened
@@ -123,6 +124,16 @@ def test_physics_that_the_noise_had_hidden_is_found_beside_it():
     assert noise.parameters["sd"][0].low < SD_V < noise.parameters["sd"][0].high
     assert tilt.parameters["k"][0].low < 0.003 < tilt.parameters["k"][0].high
     assert min(noise.probability, tilt.probability) > 0.9
+
+
+def test_one_more_number_counts_once_it_explains_more_than_the_weights_may_leave(beside):
+    bench, base = beside
+    more = replace(base.fit, coordinates=(*base.fit.coordinates, base.fit.coordinates[-1]))
+    rivals = [replace(base, fit=more, chi2=base.chi2 - share * bench.rough) for share in (0.5, 1.5)]
+    assert _ahead(bench, rivals[0], base, 1000.0) == pytest.approx(-np.log(1000.0))
+    assert _ahead(bench, rivals[1], base, 1000.0) == rivals[1].advantage(base, 1000.0) > 0.0
+    sure = replace(bench, carried=None)
+    assert _ahead(sure, rivals[0], base, 1000.0) == rivals[0].advantage(base, 1000.0)
 
 
 def test_noise_is_measured_again_beside_what_else_is_found(beside):

@@ -12,13 +12,15 @@ from identify.explain.corrections import ripple_hz
 from identify.explain.locate import LAST, Located, ended, located, raced
 from identify.explain.moments import where
 from identify.explain.prove import proven
+from identify.explain.rivals import left_to_explain
 from identify.explain.shape import shape_of
 from identify.explain.survey import surveyed
-from identify.explain.suspect import MOST, overlooked
+from identify.explain.suspect import MOST, contenders, overlooked
 from identify.explain.wander import unrepeated
 from identify.phases import turned_sines
 from identify.stage import Place
 from identify.trace import Step
+from identify.unnamed.linear import Filter, OneWay
 from identify.unnamed.maps import LevelMap
 from identify.unnamed.timed import ClockMap
 from tests.proof.cases import Concealed
@@ -161,6 +163,29 @@ def test_a_table_as_fine_as_the_data_is_believed_after_a_law_of_few_numbers_that
     law, table = LevelMap(Place.F, (-1.0, 0.0, 1.0, 2.0)), ClockMap(Place.SENSE, tuple(np.arange(2.0 * MOST).tolist()))
     both = ((table, replace(base, chi2=1000.0)), (law, replace(base, chi2=2000.0 - 1000.0 * explained)))
     assert next(iter(Located(base, both, 0.0, (400.0, 5.0)).places)) == first
+
+
+@pytest.mark.parametrize(("explained", "first", "left"), [(0.97, Place.G1, 970.0), (0.65, Place.F, 1000.0)])
+def test_dynamics_by_direction_are_a_disguise_of_those_alike_in_both_that_foretell_most(
+    explained: float, first: Place, left: float
+) -> None:
+    there = bench()
+    base = replace(there.fitted(there.plain, ()), chi2=2000.0, count=1000)
+    alike, by_way = Filter(Place.G1, (1e-3, 1e-2)), OneWay(Place.F, (1e-3, 1e-2))
+    both = ((by_way, replace(base, chi2=1000.0)), (alike, replace(base, chi2=2000.0 - 1000.0 * explained)))
+    beyond = Located(base, both, 0.0, (5.0, 5.0))
+    assert next(iter(beyond.places)) == first
+    assert left_to_explain(beyond) == pytest.approx(left)
+
+
+def test_beside_what_is_fitted_by_direction_a_filter_is_fitted_that_knows_none() -> None:
+    there = bench(Concealed("one_way_lag", {"tau": 3e-4}))
+    ranked = there.suspects(there.fitted(there.plain, ()))
+    by_way = [s for s in ranked if s.correction.form == OneWay.form]
+    chosen = contenders([*by_way, *(s for s in ranked if s not in by_way)], 1.0)
+    assert [s.correction.form for s in chosen].count(Filter.form) == 1
+    maps = [s for s in ranked if s.correction.form == LevelMap.form]
+    assert {s.correction.form for s in contenders(maps, 1.0)} == {LevelMap.form}
 
 
 def test_what_a_law_of_v_explains_as_well_as_one_of_w_is_taken_for_that_of_w() -> None:
