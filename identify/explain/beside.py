@@ -5,8 +5,10 @@ from collections.abc import Callable
 from identify.explain.bench import Bench
 from identify.explain.carried import carried, price, weighed_again
 from identify.explain.hypothesis import Hypothesis
+from identify.explain.locate import located
 from identify.explain.round import Round
 from identify.explain.select import MOST_EFFECTS, selected
+from identify.explain.suspect import MOST
 
 CLOSELY = 2  # laws that are fitted to their end in the place of noise in front of the gap
 
@@ -31,8 +33,8 @@ def selected_either(bench: Bench, plain: Hypothesis, note: Note, may_wander: boo
 def selected_beside(bench: Bench, plain: Hypothesis, note: Note) -> Selected | None:
     """Select what is missing beside noise in front of the gap; None where that is not there.
 
-    Nor is it where the other laws explain as much without it, alone or with one that foretells what it makes by chance:
-    a line at v, whose phase is another in every repeat, shakes the borders, too.
+    Nor is it where the other laws explain as much without it, alone or with one that foretells what it makes by chance,
+    named or of free form: a line at v, whose phase is another in every repeat, shakes the borders, too.
     """
     begun = carried(bench, plain)
     if begun is None:
@@ -48,6 +50,7 @@ def selected_beside(bench: Bench, plain: Hypothesis, note: Note) -> Selected | N
     without = bench.without(final, law)
     foretold = [h for h in bench.round(without).tried if not h.effects[-1].by_chance][:CLOSELY]
     ended = [bench.fitted(h.fit.chain, h.effects) for h in foretold]
-    if min(price(bench, h) for h in (without, *ended)) < price(beside, final):
+    free = [h for c, h in located(bench, without).fitted if len(c.knots) <= MOST]
+    if min(price(bench, h) for h in (without, *ended, *free)) < price(beside, final):
         return None
     return beside, final, [Round(weighed.without(base, law), (), (base,)), *rounds]

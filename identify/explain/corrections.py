@@ -13,6 +13,7 @@ import numpy as np
 from identify.blocks import LinearBlock, Play
 from identify.chain import Chain, signals
 from identify.evidence import Evidence
+from identify.explain.anew import LINE, line_anew
 from identify.observe import Observation
 from identify.stage import Place
 from identify.trace import Array
@@ -90,7 +91,7 @@ def _linear(evidence: Evidence, name: str) -> Iterator[Correction]:
     yield from (OneWay(place, fast[1::2], name) for place in OneWay.places)
     yield from (SlowFilter(place, slow, name) for place in (Place.SOURCE, Place.SENSE))
     yield Bypass(Place.SENSE, (0.0, *fast[1::2]), name)
-    yield from (Line(place, (evidence.strongest_line_hz,), name) for place in (Place.SENSE, Place.G1))
+    yield from (Line(place, (line_hz(evidence),), name) for place in (Place.SENSE, Place.G1))
 
 
 def _memories(evidence: Evidence, name: str) -> Iterator[Correction]:
@@ -146,6 +147,12 @@ def _mixed(evidence: Evidence, name: str) -> Iterator[Correction]:
     yield GapAfterLoad(Place.F, lags, name)
     for place in (Place.G1, Place.G2):
         yield Swiftness(place, with_zero(level_knots(evidence, place, SPEEDS)), name)
+
+
+def line_hz(evidence: Evidence) -> float:
+    """Return the frequency of a line that no repeat brings back, Hz, or else that of the longest run's highest peak."""
+    hz, chance = line_anew(evidence.chain, evidence.observations)
+    return hz if chance < LINE else evidence.strongest_line_hz
 
 
 def ripple_hz(evidence: Evidence, place: Place) -> float:

@@ -244,13 +244,14 @@ def compared(observation: Observation, residual: Array) -> Iterator[tuple[slice,
 
 
 def _repeats(observation: Observation) -> Iterator[tuple[slice, slice]]:
-    """Yield stretches of a run in which the same was played, one after another."""
+    """Yield stretches of a run in which the same was played, one after another, as far as both were recorded."""
     last: dict[str, slice] = {}
     for step in observation.trace.steps:
         here = slice(step.start, step.stop)
         before = last.get(step.label)
         if before is not None and before.stop - before.start == here.stop - here.start:
-            yield before, here
+            size = min(here.stop, observation.trace.size) - here.start
+            yield slice(before.start, before.start + size), slice(here.start, here.start + size)
         last[step.label] = here
 
 

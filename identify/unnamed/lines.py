@@ -46,6 +46,11 @@ class Line(OneLine):
     weights = (("sine", "V"), ("cosine", "V"))
     places = (Place.SENSE, Place.G1)
 
+    @property
+    def same_at(self) -> tuple[Place, ...]:
+        """Return its place; what u has, v has: of every run G1 leaves amplitude and phase free."""
+        return (Place.G1, Place.SOURCE) if self.place is Place.G1 else super().same_at
+
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal plus the line."""
         line = self.line(values, grid)

@@ -109,8 +109,9 @@ def test_what_named_noise_makes_by_chance_is_what_the_weights_take_away(noisy, b
         (Concealed("offset_drift", {"rate": 0.02}),),
         (Concealed("lost_contact", {"rate": 3.0, "length": 0.003}),),
         (Concealed("telegraph", {"rate": 3.0, "size": 0.02}),),
+        (Concealed("reference_ripple", {"frequency": 71.8, "share": 0.01}),),
     ],
-    ids=["nothing", "hum at v", "hum", "drift", "lost contact", "telegraph"],
+    ids=["nothing", "hum at v", "hum", "drift", "lost contact", "telegraph", "ripple"],
 )
 def test_nothing_else_that_differs_from_repeat_to_repeat_is_taken_for_it(other):
     bench, plain, _ = begun(*other)
