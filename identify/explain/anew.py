@@ -18,11 +18,11 @@ from identify.observe import Observation
 from identify.trace import Array, Mask
 
 PADDED = 8  # zeros to as many times the length: a peak is at one of the frequencies
-AROUND = 31  # frequencies over which the height is compared
+AROUND = 61  # frequencies over which the height is compared
 ENDS = 8  # frequencies at either end that are no line: a drift, and what alternates
 ENOUGH = 64  # readings that count in both, at least
 TALL = 20.0  # height from which one repeat tells no more: no single one decides
-LINE = 1e-6  # probability of chance, below which there is a line
+LINE = 1e-3  # probability of chance, below which there is a line
 
 
 def line_anew(chain: Chain, observations: Sequence[Observation]) -> tuple[float, float]:
