@@ -351,6 +351,11 @@ def _stray(rng: Rng, reach: Reach) -> Scaled:
     return lambda strength: {"amplitude": 10.0 * reach.rig.noise_v * strength, "frequency": frequency}
 
 
+def _whistle(rng: Rng, reach: Reach) -> Scaled:
+    frequency = float(rng.uniform(310.0, 900.0))
+    return lambda strength: {"amplitude": 0.05 * reach.u_v * strength, "frequency": frequency}
+
+
 def _popcorn(rng: Rng, reach: Reach) -> Scaled:
     rate = between(rng, 0.3, 8.0)
     return lambda strength: {"size": 20.0 * reach.rig.noise_v * strength, "rate": rate}
@@ -418,6 +423,7 @@ def _wavy(rng: Rng, reach: Reach) -> Scaled:
 
 UNHEARD: tuple[Kind, ...] = (
     Kind("reference_ripple", "source", "reference_ripple", _ripple),
+    Kind("source_line", "source", "source_line", _whistle),
     Kind("level_dependent_delay", "G1", "level_dependent_delay", _one("k", lambda r: 8e-3 / r.v_v)),
     Kind("stick_slip", "F", "stick_slip", _one("stuck", lambda r: 0.8 * r.rig.half_gap_v * r.rig.s_l)),
     Kind("wearing_gap", "F", "wearing_gap", _one("rate", lambda r: 5e-3)),

@@ -18,6 +18,12 @@ def reference_ripple(drive: Array, scene: Scene) -> Array:
     return drive * (1.0 + scene.values["share"] * np.sin(2.0 * np.pi * scene.values["frequency"] * time_s))
 
 
+def source_line(drive: Array, scene: Scene) -> Array:
+    """Add a line to u, ``amplitude`` [V] at ``frequency`` [Hz], as the converter in a generator's supply does."""
+    time_s = scene.grid.start_s + (np.arange(drive.size) + 0.5) * scene.grid.step_s
+    return drive + scene.values["amplitude"] * np.sin(2.0 * np.pi * scene.values["frequency"] * time_s)
+
+
 def level_dependent_delay(v: Array, scene: Scene) -> Array:
     """Let v come later the higher it stands, by k [s/V], as behind a capacitance that depends on its voltage."""
     time_s = scene.grid.run_s
@@ -225,6 +231,7 @@ def wavy_adc(y: Array, scene: Scene) -> Array:
 
 OUTSIDE: dict[str, tuple[Place, Change]] = {
     "reference_ripple": ("drive", reference_ripple),
+    "source_line": ("drive", source_line),
     "level_dependent_delay": ("v", level_dependent_delay),
     "stick_slip": ("play", stick_slip),
     "wearing_gap": ("play", wearing_gap),

@@ -30,6 +30,7 @@ from tests.trials import model_of, observed, recorded
 
 NOISE_V = 0.01
 WALK, WAVE = staircase("walk", FIG13_LEVELS_V, 0.02), sine("wave", 20.0, 3.0, 3, 1)
+WHISTLE = Concealed("source_line", {"amplitude": 0.5, "frequency": 438.2})
 BENT = Concealed("curved_border", {"k2": 0.0, "k3": 0.03})
 
 
@@ -129,6 +130,19 @@ def test_a_ripple_of_the_source_is_found_at_its_frequency_among_the_lines_of_the
     evidence = Evidence(there.fitted(there.plain, ()).fit, there.observations)
     assert ripple_hz(evidence, Place.SOURCE) == pytest.approx(93.9, abs=0.9)  # half of what 0.56 s resolve
     assert found(bench(rippled)).best.place == Place.SOURCE
+
+
+def test_a_line_of_the_source_is_found_at_its_frequency_and_told_at_both_places_in_front_of_the_gap() -> None:
+    """Of every run the phase is free: what G1 does to the line is not told."""
+    stimulus = sine("wave", 20.0, 8.0, 2, 8)
+    runs = [recorded(OP_AMP, stimulus, (WHISTLE,), NOISE_V, seed, 3.0 * seed, 8) for seed in (1, 2)]
+    steps = tuple(Step("wave", "", start, start + 2000, i) for i, start in enumerate(range(0, runs[0].y.size, 2000)))
+    seen = tuple(observed(replace(run, name=f"wave {i}", steps=steps), NOISE_V, 1) for i, run in enumerate(runs))
+    told = found(replace(bench(), observations=seen))
+    assert told.best.form == "line"
+    assert told.best.knots[0] == pytest.approx(438.2, abs=0.2)
+    assert set(told.places) >= {Place.G1, Place.SOURCE}
+    assert told.places[Place.G1] + told.places[Place.SOURCE] > 0.99
 
 
 def test_a_ripple_of_the_gap_is_found_at_its_frequency_on_the_borders() -> None:

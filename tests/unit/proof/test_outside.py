@@ -60,6 +60,12 @@ def test_a_lag_of_one_way_falls_at_once() -> None:
     assert np.all(out[T > 0.2001] == 0.0)
 
 
+def test_a_line_of_the_source_goes_with_the_clock_and_not_with_u() -> None:
+    out = outside.source_line(np.full(T.size, 2.0), scene(amplitude=0.1, frequency=70.0))
+    middle_s = 12.0 + (np.arange(T.size) + 0.5) * GRID.step_s
+    assert np.allclose(out, 2.0 + 0.1 * np.sin(2.0 * np.pi * 70.0 * middle_s))
+
+
 def test_a_ripple_of_the_adc_s_reference_goes_with_the_reading_and_the_clock() -> None:
     y = np.full(GRID.samples, 2.0)
     out = outside.adc_ripple(y, scene(share=0.1, frequency=70.0))
