@@ -195,6 +195,7 @@ class Answer:
             else acting(correction.axis, correction.place, fitted.fit.chain, base, self.bench.observations)
         )
         also = f"; a correction at {listed(list(others))} would do nearly as well" if others else ""
+        also = "; where the rest of it enters is open" if self.beyond.astray else also
         return Location(correction.place.label, ranges, f"{described(self.beyond)}{also}.", others)
 
     def unnamed(self, proof: Proof) -> Finding:

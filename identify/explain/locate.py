@@ -30,6 +30,7 @@ KNOWN = 60.0  # of chi-squared, by which a correction of the right kind may be b
 LAWLESS = 6  # power of the ratio of what two corrections leave that gives their odds where neither is the law
 MOVED, MOVABLE = 2, 100.0  # times corners are moved, at most; times the best sum of squares, up to which they are
 STRIDE, LAST = 3, 3  # iterations of a lap of the race, corrections that come to its end
+LITTLE = 0.1  # share of a misfit: a correction that explains less tells where that part of it enters
 LIKELY = 0.05  # posterior probability from which a place is mentioned beside the best
 DISGUISE = 0.25  # odds of what is less likely where it does the same: a law of v that one of F is, as G1 is built to be
 # linear; a table that a law of few numbers foretells; another place than that at which such laws mostly are
@@ -91,9 +92,19 @@ class Located:
         plainer = [h for c, h in self.fitted if (len(c.knots) <= MOST if fine else c.form == correction.plainly)]
         return any(self.base.chi2 - h.chi2 > FORETOLD * (self.base.chi2 - fitted.chi2) for h in plainer)
 
+    @property
+    def astray(self) -> bool:
+        """Return whether even the best correction explains so little that the rest may enter anywhere.
+
+        What noise may make is no rest.
+        """
+        return self.base.chi2 - self.fitted[0][1].chi2 < LITTLE * self.base.proven
+
     def alternatives(self) -> tuple[Place, ...]:
         """Return the other places the data do not exclude."""
-        return tuple(place for place, p in self.places.items() if p > LIKELY and place != self.best.place)
+        likely = [place for place, p in self.places.items() if p > LIKELY]
+        every = [*likely, *(place for place in Place if place not in likely)] if self.astray else likely
+        return tuple(place for place in every if place != self.best.place)
 
     def share_at(self, place: Place) -> float:
         """Return the share of the misfit that the best correction at a place explains, to first order if not fitted."""

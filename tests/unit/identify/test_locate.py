@@ -21,7 +21,7 @@ from identify.phases import turned_sines
 from identify.stage import Place
 from identify.trace import Step
 from identify.unnamed.linear import Filter, OneWay
-from identify.unnamed.maps import LevelMap
+from identify.unnamed.maps import LevelMap, RateMap
 from identify.unnamed.timed import ClockMap
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
@@ -200,6 +200,16 @@ def test_beside_what_is_fitted_by_direction_a_filter_is_fitted_that_knows_none()
     assert [s.correction.form for s in chosen].count(Filter.form) == 1
     maps = [s for s in ranked if s.correction.form == LevelMap.form]
     assert {s.correction.form for s in contenders(maps, 1.0)} == {LevelMap.form}
+
+
+@pytest.mark.parametrize(("left", "fall", "others"), [(1000.0, 200.0, 0), (1000.0, 50.0, 4), (15.0, 1.0, 0)])
+def test_a_correction_that_explains_little_excludes_no_other_place(left: float, fall: float, others: int) -> None:
+    there = bench()
+    base = replace(there.fitted(there.plain, ()), chi2=1000.0 + left, count=1000)  # 20 of it the noise may make
+    fitted = ((RateMap(Place.F, (-1.0, 0.0, 1.0)), replace(base, chi2=base.chi2 - fall)),)
+    told = Located(base, fitted, 0.0, (5.0,))
+    assert len(told.alternatives()) == others
+    assert Place.F not in told.alternatives()
 
 
 def test_what_a_law_of_v_explains_as_well_as_one_of_w_is_taken_for_that_of_w() -> None:
