@@ -12,20 +12,22 @@ import numpy as np
 
 from identify.colour import whitening
 from identify.noise import good
-from identify.readings.coloured_noise import Coloured, Told, misfit, straying, told_by
+from identify.readings.coloured_noise import Coloured, Told, misfit, straying, told_apart, told_by
 from identify.readings.spectra import LEAST, Spectrum, spectrum
 from identify.trace import Array, Trace
 
 BY_CHANCE = 1.15  # deviance a band of the right law where a band is one ordinate, and no more elsewhere
 SCATTER = 2.6  # its variance there
 STRAYS = 4.0  # standard deviations by which a run may exceed it
+UNLIKE = 1e-4  # probability of so much difference between runs below which they have no noise in common
 
 
 def noise_left(training: Sequence[Trace], proof: Sequence[Trace]) -> Told | None:
     """Return the noise in what a model left, given as recordings of it; None where it is white or is not noise."""
     seen, kept = ([_spectrum(t) for t in traces if t.size >= LEAST] for traces in (training, proof))
     told = told_by(seen, kept, lambda noise: straying([_white(noise, t) for t in training]))
-    return told if told and all(_follows(run, told) for run in (*seen, *kept)) else None
+    every = (*seen, *kept)
+    return told if told and all(_follows(run, told) for run in every) and told_apart(every, told) > UNLIKE else None
 
 
 def _spectrum(trace: Trace) -> Spectrum:

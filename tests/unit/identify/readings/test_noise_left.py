@@ -72,3 +72,14 @@ def test_a_level_that_jumps_below_the_noise_is_none_either() -> None:
     jumps = [0.0035 * (np.cumsum(rng.uniform(size=size) < 2.7 / RATE_HZ) % 2) for size in (120_000, 150_000)]
     noisy = [part + WHITE_V * rng.normal(size=part.size) for part in jumps]
     assert noise_left(left(noisy), left(noisy)) is None
+
+
+@pytest.mark.parametrize(("sizes_v", "there"), [((0.0025, 0.0025), True), ((0.0025, 0.001), False)])
+def test_what_some_runs_have_more_of_than_others_is_none(sizes_v: tuple[float, float], there: bool) -> None:
+    """Below the noise every single run looks as the law of all does: what the rig does in it differs all the same."""
+    rng = np.random.default_rng(14)
+    parts = [
+        coloured(size, sizes_v[i % 3 == 1], 1.2, rng) + WHITE_V * rng.normal(size=size)
+        for i, size in enumerate((*SIZES, *SIZES))
+    ]
+    assert (noise_left(left(parts[:4]), left(parts[4:])) is not None) is there
