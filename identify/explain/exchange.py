@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from identify.effects.effect import Effect
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.round import COMPARED, FULLER, Round
+from identify.explain.round import COMPARED, FULLER, NEXT, Round
 
 if TYPE_CHECKING:
     from identify.explain.bench import Bench
@@ -91,11 +91,14 @@ def swapped(
     """Fit ``hypothesis`` with one effect replaced by the last one of a rival, in the form that then does best.
 
     Beside effects that were found later a law may tell more of its values than it did alone. It is not fitted to its
-    end where it is not about to reach the chi-squared ``needed``.
+    end where it is not about to reach the chi-squared ``needed``. The other effects have come farther than beside the
+    rival.
     """
     law = rival.effects[-1]
     effects = hypothesis.effects_with(law, effect)
-    values = {**hypothesis.fit.chain.values, **rival.fit.chain.values}
+    others = {p.name for other in hypothesis.effects if other is not effect for p in other.parameters()}
+    known = hypothesis.fit.chain.values
+    values = {**known, **rival.fit.chain.values, **{name: known[name] for name in others & known.keys()}}
 
     def fitted() -> Hypothesis:
         found = bench.fitted(bench.with_effects(effects, values), effects, LAPS)
@@ -105,9 +108,18 @@ def swapped(
         return found
 
     found = bench.once(effects, fitted)
-    if found.chi2 - hypothesis.chi2 > FULLER:
+    if found.chi2 - hypothesis.chi2 > FULLER and _far(bench, hypothesis, effect, found):
         return found
     return max([found, *(_filled(bench, found, law, form) for form in law.fuller())], key=lambda h: h.advantage(found))
+
+
+def _far(bench: "Bench", hypothesis: Hypothesis, effect: Effect, found: Hypothesis) -> bool:
+    """Return whether a law in the place of an effect is behind by more than one more value of it may bring.
+
+    Of a large mismatch that is a part of what the effect explains.
+    """
+    told = bench.without(hypothesis, effect).chi2 - hypothesis.chi2
+    return found.chi2 - hypothesis.chi2 > NEXT * told
 
 
 def _filled(bench: "Bench", found: Hypothesis, law: Effect, form: Effect) -> Hypothesis:

@@ -6,13 +6,14 @@ import pytest
 
 from identify.candidates import Candidate
 from identify.effects import catalogue, chain_of
+from identify.effects.effect import Effect
 from identify.explain.bench import Bench
 from identify.explain.exchange import LAPS, crossed, exchanged, plainer, swapped
 from identify.explain.locate import Located
 from identify.explain.promise import promised, together
 from identify.explain.prune import pruned
 from identify.explain.rivals import odds
-from identify.explain.round import WHOLE, Round, counts
+from identify.explain.round import FULLER, NEXT, WHOLE, Round, counts
 from identify.stage import Place
 from tests.proof.cases import Concealed
 from tests.proof.rigs import LINEAR, OP_AMP
@@ -73,6 +74,36 @@ def test_a_fuller_form_is_fitted_once_and_to_its_end_only_where_it_may_do_better
     for _ in range(2):
         assert swapped(there, chosen, CREEP, alone).effects == (LEAK, BYPASS)
     assert asked == [(BOTH, LAPS)]
+
+
+@pytest.mark.parametrize(("explained", "is_fuller"), [(0.5, False), (0.9, False), (1.5, True)])
+def test_a_fuller_form_is_fitted_where_a_law_is_behind_by_a_small_part_of_what_is_explained(
+    droops: Bench, monkeypatch: pytest.MonkeyPatch, explained: float, is_fuller: bool
+) -> None:
+    """A diode of a thousand standard deviations was given no resistor, and lost to a law that had that number."""
+    chosen = droops.fitted(droops.with_effects((CREEP, BYPASS), TRUTH), (CREEP, BYPASS))
+    alone = replace(chosen, effects=(LEAK,))
+    behind = replace(chosen, effects=(LEAK, BYPASS), chi2=chosen.chi2 + 2.0 * FULLER)
+    asked: list[Effect] = []
+    without = replace(chosen, chi2=chosen.chi2 + explained * 2.0 * FULLER / NEXT)
+    monkeypatch.setattr(Bench, "once", lambda self, effects, fitted: behind)
+    monkeypatch.setattr(Bench, "without", lambda self, hypothesis, effect: without)
+    monkeypatch.setattr("identify.explain.exchange._filled", lambda b, found, law, form: asked.append(form) or found)
+    assert swapped(droops, chosen, CREEP, alone) is behind
+    assert bool(asked) is is_fuller
+
+
+def test_effects_beside_a_law_that_is_put_in_another_s_place_stay_where_they_have_come(
+    droops: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Steps of a DAC were looked for once more beside the winner alone: all it was compared with was far behind."""
+    there, begun = replace(droops, known={}), []
+    chosen = there.fitted(there.with_effects((CREEP, BYPASS), TRUTH), (CREEP, BYPASS), 0)
+    rival = there.fitted(there.with_effects((BYPASS, LEAK), TRUTH | {"feedthrough.k": 0.5}), (BYPASS, LEAK), 0)
+    monkeypatch.setattr(Bench, "fitted", lambda self, chain, effects, laps=0: begun.append(chain.values) or rival)
+    swapped(there, chosen, CREEP, rival)
+    assert begun[0]["feedthrough.k"] == TRUTH["feedthrough.k"]
+    assert begun[0]["plateau_droop.rate"] == TRUTH["plateau_droop.rate"]
 
 
 def test_a_law_tried_late_is_fitted_beside_what_the_law_before_it_could_not_exclude(droops: Bench) -> None:
