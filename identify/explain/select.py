@@ -41,14 +41,9 @@ def selected(
         plain = None if best.effects else _unended(bench, this)
         if plain is not None:
             start, best, (bench, this) = plain, plain, decided(bench, bench.round(plain))
-        if number and this.best is not None and _hopeless(bench, start, this.best):
+        this, ends = _settled(bench, start, this, rounds, part, least)
+        if ends and this.best is not None:
             return bench, pruned(bench, this.best), [*rounds, this]
-        if number > 1 and not _belongs(start, this, part, least):  # then no exchange is likely to make it
-            this = replace(this, tried=())
-        if this.best is not None:
-            this = replace(this, settled=exchanged(bench, this.best, [*rounds, this], _needed(this.best, this, least)))
-        if number == 1 and not _belongs(start, this, part, least):  # the first may have been mistaken: now it is not
-            this = replace(this, tried=(), settled=None)
         rounds.append(this)
         if this.best is None:
             best = this.base  # fitted again where finer grids were needed to compare it
@@ -61,6 +56,27 @@ def selected(
     return bench, pruned(bench, best), rounds
 
 
+def _settled(
+    bench: Bench, start: Hypothesis, this: Round, before: list[Round], part: float, least: float
+) -> tuple[Round, bool]:
+    """Return a round in which other laws had their turn in the place of the winner's, and whether the search ends.
+
+    Nothing won it where the winner does not belong, as a third law, or once the first may have been mistaken.
+    """
+    number, enough = len(before), 0.0
+    if number and this.best is not None:
+        enough = _hopeless(bench, start, this.best)
+    if number > 1 and not enough and not _belongs(start, this, part, least):  # no exchange is likely to make it
+        return replace(this, tried=()), False
+    if this.best is not None:
+        needed = enough or _needed(this.best, this, least)
+        this = replace(this, settled=exchanged(bench, this.best, [*before, this], needed))
+    ends = this.best is not None and this.best.chi2 > enough > 0.0
+    if number == 1 and not ends and not _belongs(start, this, part, least):
+        return replace(this, tried=(), settled=None), False
+    return this, ends
+
+
 def _unended(bench: Bench, this: Round) -> Hypothesis | None:
     """Return the plain fit of a first round brought to its end from where physics led: it looked like that physics."""
     if this.best is None:
@@ -69,15 +85,16 @@ def _unended(bench: Bench, this: Round) -> Hypothesis | None:
     return plain if this.base.chi2 - plain.chi2 > STUCK * (this.base.chi2 - this.best.chi2) else None
 
 
-def _hopeless(bench: Bench, start: Hypothesis, best: Hypothesis) -> bool:
-    """Return whether one correction of free form leaves far less than all laws so far: the catalogue has not the law.
+def _hopeless(bench: Bench, start: Hypothesis, best: Hypothesis) -> float:
+    """Return the chi-squared of one correction of free form that leaves far less than all laws so far, 0 without one.
 
-    Two laws at different places are more than one correction can make, and two at one are found by now.
+    Two laws at different places are more than one correction can make, and two at one are found by now: the catalogue
+    has not the law, unless another in the place of one of them does as well.
     """
     if best.misfit < best.noise_known or best.swell > 1.0:
-        return False
+        return 0.0
     told = [h for c, h in located(bench, start).fitted if len(c.knots) <= MOST]
-    return any(h.misfit < FAR_LESS * best.misfit for h in told)
+    return min((h.chi2 for h in told if h.misfit < FAR_LESS * best.misfit), default=0.0)
 
 
 def _explainable(bench: Bench, base: Hypothesis) -> float:

@@ -492,5 +492,5 @@ def test_a_search_ends_where_one_correction_leaves_far_less_than_the_laws_found(
     best, told = (replace(start, chi2=(1.0 + misfit) * start.count) for misfit in (laws, free))
     correction = LevelMap(Place.F, (-5.0, 0.0, 5.0))
     monkeypatch.setattr("identify.explain.select.located", lambda *_: Located(start, ((correction, told),), 1e-12))
-    assert _hopeless(bench, start, best) is ends
+    assert _hopeless(bench, start, best) == (told.chi2 if ends else 0.0)
     assert not _hopeless(bench, start, replace(best, swell=2.0))  # beside chance it is not told what it is
