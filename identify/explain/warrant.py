@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 from identify.blocks import Play
 from identify.effects.effect import Effect
+from identify.explain.anew import line_anew
 from identify.explain.bench import Bench
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located, located
@@ -15,6 +16,7 @@ from identify.stage import Place
 
 NEGLIGIBLE = 0.05  # share of what an effect explains that may remain without casting doubt on its name
 BY_THE_CLOCK = 0.5  # the same of what goes with the clock, where the effect does not: its law could not make that
+NO_CHANCE = 1e-6  # probability with which chance alone makes a line, below which it has not
 SAME_PLACE = 0.4  # share of what a name leaves that a free-form correction at its own place may explain
 STRONG = 10.0  # of Schwarz's criterion: very strong evidence (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773)
 
@@ -49,10 +51,11 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
     alone = located(bench, plain) if len(hypothesis.effects) > 1 else None
     if alone is not None and _outdone(alone, hypothesis):
         return Warranted(plain, alone)
-    foretold = [e for e in hypothesis.effects if e.by_chance and hypothesis.swell > 1.0]
+    goes_on = _goes_on(bench, hypothesis)
+    foretold = [e for e in hypothesis.effects if e.by_chance and (goes_on or hypothesis.swell > 1.0)]
     for effect in foretold:  # chance is believed last
         under = located(bench, bench.without(hypothesis, effect))
-        if _foretells(under, hypothesis):
+        if goes_on or _foretells(under, hypothesis):
             return Warranted(under.base, under)
     beyond = located(bench, hypothesis)
     while hypothesis.effects and beyond.significant and earned:
@@ -73,6 +76,12 @@ def _outdone(alone: Located, names: Hypothesis) -> bool:
     Were these right, nothing could: two laws that stand in for one of no catalogue leave something.
     """
     return any(h.advantage(names) > STRONG for c, h in alone.fitted if len(c.knots) <= MOST)
+
+
+def _goes_on(bench: Bench, hypothesis: Hypothesis) -> bool:
+    """Return whether effects by chance leave a line in what repeats differ by: chance makes none."""
+    by_chance = any(effect.by_chance for effect in hypothesis.effects)
+    return by_chance and line_anew(hypothesis.fit.chain, bench.observations)[1] < NO_CHANCE
 
 
 def _foretells(under: Located, chance: Hypothesis) -> bool:

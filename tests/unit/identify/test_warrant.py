@@ -19,6 +19,7 @@ from tests.trials import model_of, observed, recorded
 
 NOISE_V, TOLD = 0.010, 1e5
 CLOCK, LEVEL = ClockMap(Place.SENSE, (0.0, 0.1, 0.2), "map"), LevelMap(Place.SENSE, (-5.0, 0.0, 5.0), "map")
+TABLE = ClockMap(Place.SENSE, tuple(float(i) for i in range(500)), "map")
 
 
 @pytest.mark.parametrize(
@@ -105,21 +106,23 @@ def test_several_names_are_not_earned_where_one_correction_does_better_alone(
 
 
 @pytest.mark.parametrize(
-    ("correction", "explains", "earned"),
+    ("correction", "explains", "line", "swell", "earned"),
     [
-        (LEVEL, 0.9, False),  # a law of few numbers foretells what was called chance
-        (LEVEL, 0.3, True),
-        (ClockMap(Place.SENSE, tuple(float(i) for i in range(500)), "map"), 0.99, True),  # a table foretells nothing
+        (LEVEL, 0.9, 1.0, 20.0, False),  # a law of few numbers foretells what was called chance
+        (LEVEL, 0.3, 1.0, 20.0, True),
+        (TABLE, 0.99, 1.0, 20.0, True),  # a table foretells nothing
+        (LEVEL, 0.3, 1e-9, 20.0, False),  # chance makes no line that goes on from repeat to repeat
+        (LEVEL, 0.3, 1e-9, 1.0, False),  # nor where it is in the weights of the readings
     ],
 )
 def test_chance_is_believed_last(
-    correction: Correction, explains: float, earned: bool, monkeypatch: pytest.MonkeyPatch
+    correction: Correction, explains: float, line: float, swell: float, earned: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     walk = observed(recorded(OP_AMP, staircase("walk", FIG13_LEVELS_V, 0.02), (), NOISE_V, seed=7), NOISE_V)
     bench = Bench(chain_of(model_of(OP_AMP)), (walk,), (), tuple(catalogue().values()))
     effect = catalogue()["process_noise"](Place.G1)
     base = replace(bench.fitted(bench.plain, ()), chi2=3e5, count=96_000)
-    chance = replace(bench.fitted(bench.with_effects([effect], {}), [effect]), chi2=1e5, count=96_000, swell=20.0)
+    chance = replace(bench.fitted(bench.with_effects([effect], {}), [effect]), chi2=1e5, count=96_000, swell=swell)
     bench.known[()] = base
     told = replace(base, chi2=3e5 - explains * 2e5)
 
@@ -127,5 +130,6 @@ def test_chance_is_believed_last(
         return Located(base, ((correction, told),), 1e-12) if hypothesis is base else Located(chance, (), 1.0)
 
     monkeypatch.setattr("identify.explain.warrant.located", left)
+    monkeypatch.setattr("identify.explain.warrant.line_anew", lambda chain, seen: (330.0, line))
     found = warranted(bench, base, chance, [Round(base, (), (chance,), settled=chance)])
     assert (found.hypothesis.effects == (effect,)) is earned
