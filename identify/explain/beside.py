@@ -50,7 +50,9 @@ def selected_beside(bench: Bench, plain: Hypothesis, note: Note) -> Selected | N
     without = bench.without(final, law)
     foretold = [h for h in bench.round(without).tried if not h.effects[-1].by_chance][:CLOSELY]
     ended = [bench.fitted(h.fit.chain, h.effects) for h in foretold]
-    free = [h for c, h in located(bench, without).fitted if len(c.knots) <= MOST]
-    if min(price(bench, h) for h in (without, *ended, *free)) < price(beside, final):
+    asked = price(beside, final)
+    if min(price(bench, h) for h in (without, *ended)) < asked:
+        return None
+    if any(price(bench, h) < asked for c, h in located(bench, without).fitted if len(c.knots) <= MOST):
         return None
     return beside, final, [Round(weighed.without(base, law), (), (base,)), *rounds]

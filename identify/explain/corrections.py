@@ -91,7 +91,8 @@ def _linear(evidence: Evidence, name: str) -> Iterator[Correction]:
     yield from (OneWay(place, fast[1::2], name) for place in OneWay.places)
     yield from (SlowFilter(place, slow, name) for place in (Place.SOURCE, Place.SENSE))
     yield Bypass(Place.SENSE, (0.0, *fast[1::2]), name)
-    yield from (Line(place, (line_hz(evidence),), name) for place in (Place.SENSE, Place.G1))
+    line = (line_hz(evidence),)
+    yield from (Line(place, line, name) for place in (Place.SENSE, Place.G1))
 
 
 def _memories(evidence: Evidence, name: str) -> Iterator[Correction]:

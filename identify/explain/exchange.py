@@ -98,7 +98,8 @@ def swapped(
     effects = hypothesis.effects_with(law, effect)
     others = {p.name for other in hypothesis.effects if other is not effect for p in other.parameters()}
     known = hypothesis.fit.chain.values
-    values = {**known, **rival.fit.chain.values, **{name: known[name] for name in others & known.keys()}}
+    come = {name: value for name, value in known.items() if name.partition("[")[0] in others}
+    values = {**known, **rival.fit.chain.values, **come}
 
     def fitted() -> Hypothesis:
         found = bench.fitted(bench.with_effects(effects, values), effects, LAPS)

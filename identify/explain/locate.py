@@ -30,7 +30,7 @@ KNOWN = 60.0  # of chi-squared, by which a correction of the right kind may be b
 LAWLESS = 6  # power of the ratio of what two corrections leave that gives their odds where neither is the law
 MOVED, MOVABLE = 2, 100.0  # times corners are moved, at most; times the best sum of squares, up to which they are
 STRIDE, LAST = 3, 3  # iterations of a lap of the race, corrections that come to its end
-LITTLE = 0.1  # share of a misfit: a correction that explains less tells where that part of it enters
+LITTLE = 0.1  # share of a misfit: a correction that explains less tells only where that part of it enters
 LIKELY = 0.05  # posterior probability from which a place is mentioned beside the best
 DISGUISE = 0.25  # odds of what is less likely where it does the same: a law of v that one of F is, as G1 is built to be
 # linear; a table that a law of few numbers foretells; another place than that at which such laws mostly are

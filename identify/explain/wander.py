@@ -249,8 +249,8 @@ def _repeats(observation: Observation) -> Iterator[tuple[slice, slice]]:
     for step in observation.trace.steps:
         here = slice(step.start, step.stop)
         before = last.get(step.label)
-        if before is not None and before.stop - before.start == here.stop - here.start:
-            size = min(here.stop, observation.trace.size) - here.start
+        size = min(here.stop, observation.trace.size) - here.start
+        if before is not None and size > 0 and before.stop - before.start == here.stop - here.start:
             yield slice(before.start, before.start + size), slice(here.start, here.start + size)
         last[step.label] = here
 

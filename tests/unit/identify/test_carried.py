@@ -11,16 +11,19 @@ from identify.explain.bench import Bench
 from identify.explain.beside import selected_beside, selected_either
 from identify.explain.carried import alike_weighed, bare, carried, left_by_chance, price, rougher, weighed_again
 from identify.explain.explain import explain, prepared
+from identify.explain.locate import Located
 from identify.explain.prune import pruned
 from identify.explain.rivals import _ahead
 from identify.explain.round import Round
-from identify.explain.suspect import suspects
+from identify.explain.suspect import MOST, suspects
 from identify.explain.wander import changes, whitened
 from identify.fit import Pull
 from identify.holdout import split
 from identify.observe import pooled_rms, refined, weighed
 from identify.stage import Place
 from identify.trace import Step
+from identify.unnamed.maps import LevelMap
+from identify.unnamed.timed import ClockMap
 from identify.wandering import wander_of
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
@@ -116,6 +119,19 @@ def test_what_named_noise_makes_by_chance_is_what_the_weights_take_away(noisy, b
 def test_nothing_else_that_differs_from_repeat_to_repeat_is_taken_for_it(other):
     bench, plain, _ = begun(*other)
     assert selected_beside(bench, plain, quiet) is None
+
+
+@pytest.mark.parametrize(("law", "there"), [
+    (LevelMap(Place.SOURCE, (-5.0, 0.0, 5.0, 10.0)), False),
+    (ClockMap(Place.SENSE, tuple(np.arange(2.0 * MOST).tolist())), True),  # a table foretells nothing
+])  # fmt: skip
+def test_a_law_of_few_numbers_that_foretells_what_chance_would_make_is_believed_before_it(
+    noisy, monkeypatch, law, there
+):
+    bench, plain, _ = noisy
+    free = replace(plain, chi2=0.5 * plain.count)
+    monkeypatch.setattr("identify.explain.beside.located", lambda b, h: Located(h, ((law, free),), 0.0))
+    assert (selected_beside(bench, plain, quiet) is not None) is there
 
 
 def test_physics_that_the_noise_had_hidden_is_found_beside_it():

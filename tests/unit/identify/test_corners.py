@@ -9,7 +9,7 @@ from identify.chain import simulate
 from identify.effects import chain_of
 from identify.explain.bench import Bench
 from identify.explain.corners import again
-from identify.explain.locate import Located, located
+from identify.explain.locate import DISGUISE, Located, located
 from identify.explain.prove import proven
 from identify.explain.shape import shape_of
 from identify.stage import Place
@@ -59,6 +59,7 @@ def test_a_missing_code_is_one_jump_at_its_level_in_the_reading():
     assert abs(added(told, 3.25) - added(told, 0.0)) < 0.03
     assert told.share > 0.99
     assert told.places[Place.SENSE] + told.places[Place.G2] > 0.99  # G2 rounds a jump in front of it, not one behind
+    assert told.places[Place.SENSE] == pytest.approx(1.0 / (1.0 + DISGUISE), abs=0.01)  # of the same data the likelier
 
 
 def test_a_dead_middle_of_w_is_found_at_f_and_proven_on_another_run():

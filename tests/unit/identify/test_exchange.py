@@ -98,11 +98,14 @@ def test_effects_beside_a_law_that_is_put_in_another_s_place_stay_where_they_hav
 ) -> None:
     """Steps of a DAC were looked for once more beside the winner alone: all it was compared with was far behind."""
     there, begun = replace(droops, known={}), []
-    chosen = there.fitted(there.with_effects((CREEP, BYPASS), TRUTH), (CREEP, BYPASS), 0)
-    rival = there.fitted(there.with_effects((BYPASS, LEAK), TRUTH | {"feedthrough.k": 0.5}), (BYPASS, LEAK), 0)
+    own = {"feedthrough.k[walk]": 0.013}  # of one run
+    chosen = there.fitted(there.with_effects((CREEP, BYPASS), TRUTH | own), (CREEP, BYPASS), 0)
+    far = {"feedthrough.k": 0.5, "feedthrough.k[walk]": 0.6}
+    rival = there.fitted(there.with_effects((BYPASS, LEAK), TRUTH | far), (BYPASS, LEAK), 0)
     monkeypatch.setattr(Bench, "fitted", lambda self, chain, effects, laps=0: begun.append(chain.values) or rival)
     swapped(there, chosen, CREEP, rival)
     assert begun[0]["feedthrough.k"] == TRUTH["feedthrough.k"]
+    assert begun[0]["feedthrough.k[walk]"] == own["feedthrough.k[walk]"]
     assert begun[0]["plateau_droop.rate"] == TRUTH["plateau_droop.rate"]
 
 

@@ -19,7 +19,7 @@ from identify.explain.promise import Promise
 from identify.explain.prune import simplified
 from identify.explain.rivals import odds
 from identify.explain.round import Round, lagging, outdone, ranked, unforeseen
-from identify.explain.select import _belongs, _explainable, _hopeless, selected
+from identify.explain.select import _belongs, _explainable, _hopeless, _settled, selected
 from identify.explain.suspect import Suspect
 from identify.fit import chi_squared
 from identify.holdout import split
@@ -494,3 +494,21 @@ def test_a_search_ends_where_one_correction_leaves_far_less_than_the_laws_found(
     monkeypatch.setattr("identify.explain.select.located", lambda *_: Located(start, ((correction, told),), 1e-12))
     assert _hopeless(bench, start, best) == (told.chi2 if ends else 0.0)
     assert not _hopeless(bench, start, replace(best, swell=2.0))  # beside chance it is not told what it is
+
+
+@pytest.mark.parametrize(("left", "ends"), [(0.1, False), (0.4, True)])
+def test_a_search_is_given_up_only_once_other_laws_had_their_turn(
+    bench: Bench, left: float, ends: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A source and an ADC that bend were a source and a capacitor, and one map did better than these."""
+    start = bench.fitted(bench.plain, ())
+    best = replace(fitted(bench, DIODE, BYPASS), chi2=1.5 * start.count)
+    other = replace(fitted(bench, RAIL, BYPASS), chi2=(1.0 + left) * start.count)
+    base = replace(start, chi2=9.0 * start.count)
+    this = Round(base, (), (best,))
+    monkeypatch.setattr("identify.explain.select._hopeless", lambda *_: 1.2 * start.count)
+    monkeypatch.setattr("identify.explain.select._belongs", lambda *_: True)
+    monkeypatch.setattr("identify.explain.select.exchanged", lambda *_: other)
+    after, over = _settled(bench, base, this, [this], 0.4, 1.0)
+    assert after.best is other
+    assert over is ends
