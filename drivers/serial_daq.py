@@ -15,7 +15,7 @@ from serial.tools import list_ports
 
 from drivers.converter import Coded, adc, dac
 from drivers.framing import Frame
-from drivers.serial_link import SerialLink
+from drivers.serial_link import Refusal, SerialLink
 from drivers.serial_messages import (
     PROTOCOL,
     Condition,
@@ -117,6 +117,14 @@ class SerialDaq(Device):
         return max(1, round(self._can.clock_hz / rate_hz))
 
     def _begin(self, u: Samples, rate_hz: float, safe_level_v: float, ramp_s: float) -> None:
+        try:
+            self._start(u, rate_hz, safe_level_v, ramp_s)
+        except StarvedError:  # this computer slept between ARM and GO: nothing was put out, and it can be begun anew
+            self._safe(safe_level_v, ramp_s)
+            self._start(u, rate_hz, safe_level_v, ramp_s)
+
+    def _start(self, u: Samples, rate_hz: float, safe_level_v: float, ramp_s: float) -> None:
+        """Arm, fill the output FIFO and go; raise StarvedError when the watchdog disarmed the device meanwhile."""
         codes = Coded(u, dac(self.capabilities()))
         window = int(WINDOW_S * max(rate_hz, self._link.bytes_per_s / width(self._can.output_bits)))
         self._link.ask(f"ARM {codes.size} {self._divider(rate_hz)} {self._ramp(safe_level_v, ramp_s)} {self._inputs}")
@@ -124,8 +132,15 @@ class SerialDaq(Device):
         self._run = run = _Run(Outgoing(codes, self._can.output_bits, self._can.output_fifo, window),
                                Incoming(codes.size, self._inputs), Status(False, Condition.FINE, 0, 0, 0))
         self._fill(run)
-        self._link.ask("GO", GO_REPLY_S)
+        self._go(run)
         run.gather_s = self._gather_s(rate_hz)
+
+    def _go(self, run: _Run) -> None:
+        """Start the clock; raise StarvedError when the device is armed no more, which only its watchdog does."""
+        try:
+            self._link.ask("GO", GO_REPLY_S)
+        except Refusal as error:
+            raise self._starved(Condition.WATCHDOG, run) from error
 
     def _gather_s(self, rate_hz: float) -> float:
         """Return how long to wait between two reads at this rate; at high rates data come faster than one can wait."""
@@ -139,6 +154,7 @@ class SerialDaq(Device):
         deadline = time.monotonic() + GREETING_S + 2 * size / self._link.bytes_per_s
         while not run.outgoing.filled:
             self._exchange(run)
+            self._refuse_given_up(run)
             if time.monotonic() > deadline:
                 raise DeviceError("the device does not take its output samples", where=str(self.identity()),
                                   value=f"{run.status.accepted} taken", do="replug it")
@@ -210,8 +226,12 @@ class SerialDaq(Device):
         """Raise DeviceError when the device ended the run by itself and all it sent is received."""
         given_up = next((flag for flag in _TOLD if run.status.condition & flag), None)
         if given_up is not None and run.status.sent >= run.status.played and run.incoming.settled:
-            raise StarvedError(_TOLD[given_up], where=str(self.identity()), value=f"at sample {run.status.played}",
-                              do="lower the sample rate, or leave the computer less to do")
+            raise self._starved(given_up, run)
+
+    def _starved(self, given_up: Condition, run: _Run) -> StarvedError:
+        """Return that the device ended the run by itself, and why."""
+        return StarvedError(_TOLD[given_up], where=str(self.identity()), value=f"at sample {run.status.played}",
+                            do="lower the sample rate, or leave the computer less to do")
 
     def _halt(self) -> None:
         self._run = None

@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 
 from drivers.emulators.faults import Fault, Faults, What
+from drivers.serial_daq import SerialDaq
 from identify.trace import Step
 from rig.device import Block, Device, Flag
-from rig.errors import DeviceError, IncompleteError
+from rig.errors import DeviceError, IncompleteError, StarvedError
 from rig.plan import Limits, Plan
 from rig.recording import Entry, read
 from rig.registry import connect
@@ -137,6 +138,30 @@ def test_the_watchdog_acts_while_the_host_sleeps() -> None:
         assert bench.look().level_v == pytest.approx(1.0, abs=1e-3)
         with pytest.raises(DeviceError, match="heard nothing from the host"):
             list(blocks)
+
+
+@pytest.mark.parametrize("sleeps", [1, 2])
+@pytest.mark.parametrize("before", ["_fill", "_go"])
+def test_a_host_that_sleeps_before_it_says_go_begins_once_more(
+    before: str, sleeps: int, monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    awake, left = getattr(SerialDaq, before), [0.6] * sleeps
+
+    def drowsy(device: SerialDaq, run: object) -> None:
+        time.sleep(left.pop() if left else 0.0)
+        awake(device, run)
+
+    monkeypatch.setattr(SerialDaq, before, drowsy)
+    u = waves(2000)
+    with emulated(GAIN, watchdog_s=0.25) as bench, connect(bench.address) as device:
+        blocks = device.stream(u, 10_000.0, LIMITS, 1.0, 0.1)
+        if sleeps == 1:
+            y = np.concatenate([block.y for block in blocks])
+            assert np.abs(y - tripled(device, u)).max() <= device.capabilities().input_lsb_v
+        else:
+            with pytest.raises(StarvedError, match="heard nothing from the host"):
+                list(blocks)
+            assert bench.look().level_v == pytest.approx(1.0, abs=1e-3)
 
 
 def test_a_host_that_listens_keeps_the_watchdog_quiet() -> None:
