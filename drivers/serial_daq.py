@@ -15,7 +15,7 @@ from serial.tools import list_ports
 
 from drivers.converter import Coded, adc, dac
 from drivers.framing import Frame
-from drivers.serial_link import Refusal, SerialLink
+from drivers.serial_link import RefusalError, SerialLink
 from drivers.serial_messages import (
     PROTOCOL,
     Condition,
@@ -139,7 +139,7 @@ class SerialDaq(Device):
         """Start the clock; raise StarvedError when the device is armed no more, which only its watchdog does."""
         try:
             self._link.ask("GO", GO_REPLY_S)
-        except Refusal as error:
+        except RefusalError as error:
             raise self._starved(Condition.WATCHDOG, run) from error
 
     def _gather_s(self, rate_hz: float) -> float:

@@ -23,7 +23,7 @@ BACK_S, AGAIN_S = 4.0, 0.05
 """How long a port that is gone is waited for, from the moment it went, and how often it is looked for."""
 
 
-class Refusal(DeviceError):
+class RefusalError(DeviceError):
     """The device understood a command and would not do it."""
 
 
@@ -150,7 +150,7 @@ class SerialLink:
         """Return what follows the OK."""
         first, _, rest = reply.partition("\n")
         if first != "OK":
-            raise Refusal("the device refused", where=self.port, value=f"{command!r}: {first}")
+            raise RefusalError("the device refused", where=self.port, value=f"{command!r}: {first}")
         return rest
 
     def _clean(self) -> None:
