@@ -21,7 +21,7 @@ from identify.unnamed.correction import UNNAMED, Correction
 from identify.unnamed.hysteresis import Hysteresis, Relays, Sticking
 from identify.unnamed.linear import Bypass, Filter, OneWay, SlowFilter
 from identify.unnamed.lines import GapRipple, Line, Ripple
-from identify.unnamed.maps import LevelMap, RateMap, SourceMap, Trailing
+from identify.unnamed.maps import LevelMap, LevelTable, RateMap, SourceMap, Trailing
 from identify.unnamed.memory import BorderMap, GapAfterTurn, GapOverRate, Leak, Plateau
 from identify.unnamed.modulation import GapAfterLoad, Heated, Sag, Swiftness, Warming
 from identify.unnamed.timed import (
@@ -54,6 +54,9 @@ PADDED = 8  # times the length of a run, with zeros: places a peak between bins
 GAPS = (3e-4, 1e-3, 3e-3, 0.01, 0.02, 0.04, 0.06, 0.09, 0.13, 0.18, 0.25, 0.35)  # of a range: half gaps
 PUSHES = (3e-3, 7e-3, 0.015, 0.03, 0.06, 0.12)  # of how far w goes: what breaks a contact loose
 THRESHOLDS = (0.05, 0.15, 0.3, 0.5, 0.7)  # of how far a signal goes: where something may switch
+RESTS = 50  # samples for which a level is kept, to be one that u rests on
+APART = 1e-3  # of the range of u: levels closer than that are one
+DWELT = 48  # levels that a table may have
 SLOWER = 2.0  # than the slowest time constant of the chain: where creep begins and the filters of G1 and G2 end
 
 
@@ -75,6 +78,9 @@ def _laws(evidence: Evidence, name: str) -> Iterator[Correction]:
     remembers = evidence.chain.stage_of(Play) is not None  # else a map of v is one of w
     for place in (Place.F, Place.SENSE, Place.SOURCE, *([Place.G1] if remembers else [])):
         yield from (LevelMap(place, level_knots(evidence, place, count), name) for count in (KNOTS, FINE))
+    levels = dwelt_levels(evidence)
+    if LevelTable.least <= len(levels) <= DWELT:
+        yield LevelTable(Place.SOURCE, levels, name)
     yield from (RateMap(place, evidence.rates(place), name) for place in (Place.G1, Place.F, Place.G2))
     for place in Trailing.places:
         top = max(evidence.rates(place))
@@ -193,6 +199,21 @@ def level_knots(evidence: Evidence, place: Place, count: int) -> tuple[float, ..
     low, high = evidence.range(place)
     margin = 1e-3 * (high - low) + 1e-9
     return tuple(np.linspace(low - margin, high + margin, count).tolist())
+
+
+def dwelt_levels(evidence: Evidence) -> tuple[float, ...]:
+    """Return the levels that u rests on, and the ends of its range, V; what lies closer than ``APART`` of it is one."""
+    low, high = evidence.range(Place.SOURCE)
+    rests = np.unique(np.concatenate([_rests(o.trace.u[:]) for o in evidence.observations]))
+    inner = rests[(rests > low + APART * (high - low)) & (rests < high - APART * (high - low))]
+    inner = inner[np.diff(inner, prepend=-np.inf) > APART * (high - low)]
+    return (low, *inner.tolist(), high) if high > low else ()
+
+
+def _rests(u: Array) -> Array:
+    """Return the levels that ``u`` keeps for ``RESTS`` samples and more, V."""
+    ends = np.append(np.flatnonzero(np.diff(u)), u.size - 1)
+    return u[ends[np.diff(ends, prepend=-1) >= RESTS]]
 
 
 def with_zero(knots: tuple[float, ...]) -> tuple[float, ...]:

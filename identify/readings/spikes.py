@@ -1,17 +1,18 @@
 """Which single readings were thrown off: how often, and how far?
 
 A spike is one reading far from those beside it, at a moment of its own: not at a jump of the stimulus, not at the same
-place of every repeat, not where the model fails for many readings in a row. How many readings of noise alone would lie
+place of every repeat, not where the model fails for many readings in a row, and not the more often the faster the
+readings move: those are the tail of a scatter in time. How many readings of noise alone would lie
 so far out is known, so the number beyond a threshold is a Poisson test; several thresholds are paid for.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
+from scipy.ndimage import median_filter, uniform_filter1d
 from scipy.stats import chi2, norm, poisson
 
 from identify.effects.effect import Confusion
@@ -36,6 +37,7 @@ TO_SD = 1.0 / norm.ppf(0.75)  # a median deviation as a standard deviation
 # Of Gaussian readings against the median of the 17 they are among, by simulation of two million:
 AMONG = 0.930  # their median deviation over that from their mean
 LEANT, SCATTER = 0.076, 1.05  # sd by which one thrown far off draws that median along, and what scatters about its size
+FASTER = 5.0  # standard errors by which outliers are at faster readings than others, from which they are no spikes
 CONTRADICTED = 1e-3  # chance of so few spikes on held-out readings
 
 
@@ -60,12 +62,16 @@ class Spikes(Blemish):
 
 @dataclass(frozen=True)
 class Outliers:
-    """Readings of one recording against those beside them: how far in sd, the sd in V, and where they may be judged."""
+    """Readings of one recording against those beside them: how far in sd, the sd in V, and where they may be judged.
+
+    ``moves`` is how fast the model says that they move, V a sample.
+    """
 
     trace: Trace
     far: Array
     sd_v: float
     looked_at: Mask
+    moves: Array
 
     def beyond(self, threshold: float) -> Samples:
         """Return which readings lie alone beyond a threshold, as numbers of samples."""
@@ -73,6 +79,16 @@ class Outliers:
         beside = np.maximum(np.concatenate((size[1:], [0.0])), np.concatenate(([0.0], size[:-1])))
         out = np.flatnonzero((size > threshold) & (size > STANDS_OUT * beside) & self.looked_at)
         return np.asarray(out[~_repeated(self.trace, out)])
+
+    def ranked(self, out: Samples) -> Array:
+        """Return which share of the readings looked at moves more slowly than each of some, as chance has it uniform."""
+        others = np.sort(self.moves[self.looked_at])
+        return np.searchsorted(others, self.moves[out]) / max(others.size, 1)
+
+    def slower(self) -> "Outliers":
+        """Return the same, looked at where readings move more slowly than in the middle."""
+        middle = float(np.median(self.moves[self.looked_at])) if self.looked_at.any() else 0.0
+        return replace(self, looked_at=self.looked_at & (self.moves < middle))
 
 
 def outliers(trace: Trace, residual: Array, lsb_v: float = 0.0) -> Outliers:
@@ -87,7 +103,8 @@ def outliers(trace: Trace, residual: Array, lsb_v: float = 0.0) -> Outliers:
     if lsb_v and use.any():  # the median of readings in steps is a step, too
         sd_v = max(sd_v, float(np.quantile(deviation[use], MOSTLY)) / MOSTLY_SD)
     calm = TO_SD * median_filter(deviation, AROUND, mode="nearest") <= DISTURBED * sd_v
-    return Outliers(trace, alone / (sd_v or np.inf), sd_v, use & calm & ~_jumps(trace.u[:]))
+    moves = uniform_filter1d(np.abs(np.gradient(trace.y[:] - residual)), BESIDE, mode="nearest")
+    return Outliers(trace, alone / (sd_v or np.inf), sd_v, use & calm & ~_jumps(trace.u[:]), moves)
 
 
 def _jumps(u: Array) -> Mask:
@@ -115,8 +132,24 @@ def _repeated(trace: Trace, out: Samples) -> Mask:
 def spikes(training: Sequence[Outliers], proof: Sequence[Outliers]) -> tuple[tuple[Spikes, ...], float]:
     """Return the spikes of the recordings, and the threshold in sd from which a reading is left out (inf for none).
 
-    Chosen on the training recordings; not reported where the held-out ones show far fewer than they should.
+    Where outliers go with how fast readings move, those are looked at that move slowly.
     """
+    found, threshold = _spikes(training, proof)
+    if not _faster(training, threshold):
+        return found, threshold
+    slower, less = ([o.slower() for o in part] for part in (training, proof))
+    found, threshold = _spikes(slower, less)
+    return ((), float("inf")) if _faster(slower, threshold) else (found, threshold)
+
+
+def _faster(training: Sequence[Outliers], threshold: float) -> bool:
+    """Return whether readings beyond a threshold move faster than others do: how fast a spike meets them is chance."""
+    ranks = np.concatenate([o.ranked(o.beyond(threshold)) for o in training])
+    return bool(ranks.size and np.mean(ranks) - 0.5 > FASTER / np.sqrt(12.0 * ranks.size))
+
+
+def _spikes(training: Sequence[Outliers], proof: Sequence[Outliers]) -> tuple[tuple[Spikes, ...], float]:
+    """Return spikes chosen on the training recordings, if the held-out ones do not show far fewer than they should."""
     count = sum(int(np.count_nonzero(o.looked_at)) for o in training)
     found = {t: [o.beyond(t) for o in training] for t in THRESHOLDS}
     chance = {t: _chance(sum(out.size for out in found[t]), count * _tail(t)) for t in THRESHOLDS}

@@ -102,6 +102,27 @@ class BrokenMap(Correction):
 
 
 @dataclass(frozen=True)
+class LevelTable(Correction):
+    """An error of its own at every level that the source rests on, straight between: codes of a DAC, say."""
+
+    form = "table of the level"
+    kind = "an error of its own at every level it rests on"
+    equation = "s' = s + c(s), c straight between the knots"
+    knot_unit = "V"
+    places = (Place.SOURCE,)
+    least = 4
+
+    @property
+    def axis(self) -> str:
+        """Return the level of the signal at the place."""
+        return LEVELS[self.place]
+
+    def summed(self, values: Values, grid: Grid) -> Run:
+        """Return the signal plus what the table says of its level."""
+        return lambda block: np.asarray(block.signal + np.interp(block.signal, self.knots, values))
+
+
+@dataclass(frozen=True)
 class RateMap(Correction):
     """A law of how fast the signal moves, straight between knots."""
 
