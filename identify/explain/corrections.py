@@ -213,7 +213,7 @@ def dwelt_levels(evidence: Evidence) -> tuple[float, ...]:
 def _rests(u: Array) -> Array:
     """Return the levels that ``u`` keeps for ``RESTS`` samples and more, V."""
     ends = np.append(np.flatnonzero(np.diff(u)), u.size - 1)
-    return u[ends[np.diff(ends, prepend=-1) >= RESTS]]
+    return np.asarray(u[ends[np.diff(ends, prepend=-1) >= RESTS]])
 
 
 def with_zero(knots: tuple[float, ...]) -> tuple[float, ...]:

@@ -7,13 +7,13 @@ so far out is known, so the number beyond a threshold is a Poisson test; several
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import ClassVar, final
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter, uniform_filter1d
-from scipy.stats import chi2, norm, poisson
+from scipy.stats import chi2, gamma, norm, poisson
 
 from identify.effects.effect import Confusion
 from identify.interval import Interval
@@ -37,7 +37,7 @@ TO_SD = 1.0 / norm.ppf(0.75)  # a median deviation as a standard deviation
 # Of Gaussian readings against the median of the 17 they are among, by simulation of two million:
 AMONG = 0.930  # their median deviation over that from their mean
 LEANT, SCATTER = 0.076, 1.05  # sd by which one thrown far off draws that median along, and what scatters about its size
-FASTER = 5.0  # standard errors by which outliers are at faster readings than others, from which they are no spikes
+FASTER = 1e-5  # chance of outliers at readings so fast, below which they are no spikes
 CONTRADICTED = 1e-3  # chance of so few spikes on held-out readings
 
 
@@ -81,14 +81,9 @@ class Outliers:
         return np.asarray(out[~_repeated(self.trace, out)])
 
     def ranked(self, out: Samples) -> Array:
-        """Return which share of the readings looked at moves more slowly than each of some, as chance has it uniform."""
+        """Return the share of the readings looked at that moves more slowly than each of ``out``: uniform by chance."""
         others = np.sort(self.moves[self.looked_at])
-        return np.searchsorted(others, self.moves[out]) / max(others.size, 1)
-
-    def slower(self) -> "Outliers":
-        """Return the same, looked at where readings move more slowly than in the middle."""
-        middle = float(np.median(self.moves[self.looked_at])) if self.looked_at.any() else 0.0
-        return replace(self, looked_at=self.looked_at & (self.moves < middle))
+        return np.searchsorted(others, self.moves[out]) / (others.size + 1)
 
 
 def outliers(trace: Trace, residual: Array, lsb_v: float = 0.0) -> Outliers:
@@ -132,30 +127,14 @@ def _repeated(trace: Trace, out: Samples) -> Mask:
 def spikes(training: Sequence[Outliers], proof: Sequence[Outliers]) -> tuple[tuple[Spikes, ...], float]:
     """Return the spikes of the recordings, and the threshold in sd from which a reading is left out (inf for none).
 
-    Where outliers go with how fast readings move, those are looked at that move slowly.
+    Chosen on the training recordings; not reported where the held-out ones show far fewer than they should.
     """
-    found, threshold = _spikes(training, proof)
-    if not _faster(training, threshold):
-        return found, threshold
-    slower, less = ([o.slower() for o in part] for part in (training, proof))
-    found, threshold = _spikes(slower, less)
-    return ((), float("inf")) if _faster(slower, threshold) else (found, threshold)
-
-
-def _faster(training: Sequence[Outliers], threshold: float) -> bool:
-    """Return whether readings beyond a threshold move faster than others do: how fast a spike meets them is chance."""
-    ranks = np.concatenate([o.ranked(o.beyond(threshold)) for o in training])
-    return bool(ranks.size and np.mean(ranks) - 0.5 > FASTER / np.sqrt(12.0 * ranks.size))
-
-
-def _spikes(training: Sequence[Outliers], proof: Sequence[Outliers]) -> tuple[tuple[Spikes, ...], float]:
-    """Return spikes chosen on the training recordings, if the held-out ones do not show far fewer than they should."""
     count = sum(int(np.count_nonzero(o.looked_at)) for o in training)
     found = {t: [o.beyond(t) for o in training] for t in THRESHOLDS}
     chance = {t: _chance(sum(out.size for out in found[t]), count * _tail(t)) for t in THRESHOLDS}
     threshold = min(THRESHOLDS, key=lambda t: chance[t])
     p_value = len(THRESHOLDS) * chance[threshold]
-    if p_value > CONVINCING:
+    if p_value > CONVINCING or _faster(training, found[threshold]):
         return (), float("inf")
     sd_v = float(np.median([o.sd_v for o in training if o.sd_v > 0.0]))
     sizes = np.concatenate([np.abs(o.far[out]) * o.sd_v for o, out in zip(training, found[threshold], strict=True)])
@@ -174,6 +153,12 @@ def _spikes(training: Sequence[Outliers], proof: Sequence[Outliers]) -> tuple[tu
     }
     where = f"{sizes.size} in the runs fitted, {seen} in those held out"
     return (Spikes(values, p_value, where),), threshold
+
+
+def _faster(training: Sequence[Outliers], out: Sequence[Samples]) -> bool:
+    """Return whether some readings move faster than others do: how fast a spike meets them is chance."""
+    ranks = np.concatenate([o.ranked(at) for o, at in zip(training, out, strict=True)])
+    return float(gamma.sf(-np.sum(np.log1p(-ranks)), ranks.size)) < FASTER
 
 
 def _without_tail(sizes: Array, threshold: float) -> Array:

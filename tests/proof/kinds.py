@@ -450,4 +450,6 @@ UNHEARD: tuple[Kind, ...] = (
     Kind("sagging_supply", "G2", "sagging_supply", _sagging),
     Kind("crosstalk", "sense", "crosstalk", _crosstalk),
     Kind("wavy_adc", "sense", "wavy_adc", _wavy),
+    Kind("dead_dac", "source", "dead_dac", _one("dead", lambda r: 0.4 * r.u_v)),
+    Kind("jitter", "sense", "jitter", _one("sd", lambda r: 2e-3)),
 )

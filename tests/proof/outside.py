@@ -96,6 +96,11 @@ def stuck_bit(u: Array, scene: Scene) -> Array:
     return u + scene.values["weight"] * (np.floor(u / scene.values["weight"]) % 2.0 == 0.0)
 
 
+def dead_dac(u: Array, scene: Scene) -> Array:
+    """Let the DAC put out nothing below ``dead`` [V] either way, and all of it beyond."""
+    return np.where(np.abs(u) < scene.values["dead"], 0.0, u)
+
+
 def cracked_joint(v: Array, scene: Scene) -> Array:
     """Let v be larger by ``share`` from the clock time ``moment`` [s] on: a resistor beside it has let go."""
     time_s = scene.grid.start_s + scene.grid.run_s
@@ -229,6 +234,12 @@ def wavy_adc(y: Array, scene: Scene) -> Array:
     return y + scene.values["size"] * np.sin(2.0 * np.pi * y / scene.values["period"])
 
 
+def jitter(y: Array, scene: Scene) -> Array:
+    """Read y too early or too late by chance, ``sd`` [s]: the faster it moves, the more that scatters."""
+    slope = np.gradient(y) * scene.grid.rate_hz
+    return y + slope * scene.rng_of_run.normal(0.0, scene.values["sd"], y.size)
+
+
 OUTSIDE: dict[str, tuple[Place, Change]] = {
     "reference_ripple": ("drive", reference_ripple),
     "source_line": ("drive", source_line),
@@ -258,4 +269,6 @@ OUTSIDE: dict[str, tuple[Place, Change]] = {
     "sagging_supply": ("x", sagging_supply),
     "crosstalk": ("y", crosstalk),
     "wavy_adc": ("y", wavy_adc),
+    "dead_dac": ("dac", dead_dac),
+    "jitter": ("y", jitter),
 }

@@ -94,7 +94,7 @@ def test_the_tail_of_the_noise_does_not_make_large_spikes_smaller():
 
     def _apart(sizes):
         out = np.zeros(recording().size)
-        out[7 * np.arange(sizes.size) + 3] = sizes
+        out[563 * np.arange(sizes.size) + 3] = sizes
         return out
 
     (found,), _ = spikes([far(0.4, 4.6, 0.02), far(0.4, 4.6, 0.03)], [])
@@ -265,6 +265,16 @@ def test_what_every_repeat_shows_is_no_spike():
     y = glitchy.y.copy()
     y[[777 + step.start for step in glitchy.steps]] += 0.3
     assert mended(CHAIN, [replace(glitchy, y=y)], [], NOISE_V).found == ()
+
+
+def test_a_scatter_in_time_makes_no_spikes_and_hides_none():
+    """What is read too early or too late by chance is far off where readings move fast, and nowhere else."""
+    late, thrown = Concealed("jitter", {"sd": 1e-3}), Concealed("spikes", {"rate": 60.0, "size": 0.2})
+    scattered, both = recording(late), recording(late, thrown)
+    assert outliers(scattered, noise_of(scattered)).beyond(5.5).size > 3
+    assert spikes([outliers(scattered, noise_of(scattered))], []) == ((), float("inf"))
+    (found,), _ = spikes([outliers(both, noise_of(both))], [])
+    assert found.values["size"].value == pytest.approx(0.2, rel=0.05)
 
 
 def test_spikes_that_the_held_out_readings_contradict_are_not_told():
