@@ -33,6 +33,7 @@ from identify.unnamed.timed import (
     GapInRun,
     GapOverClock,
     GapSteps,
+    LeadSteps,
     OffsetInRun,
     OffsetSteps,
     Timed,
@@ -129,6 +130,8 @@ def _timed(evidence: Evidence, name: str) -> Iterator[Correction]:
         if Timed.least <= len(knots) <= RUNS:
             yield from (kind(place, knots, name) for kind in (offset, gain) for place in (Place.G1, Place.SENSE))
             yield gap(Place.F, knots, name)
+    if LeadSteps.least <= len(runs) <= RUNS:
+        yield from (LeadSteps(place, runs, name) for place in LeadSteps.places)
     fast = tuple(np.geomspace(evidence.sample_s, max(slowest_s(evidence), 2.0 * evidence.sample_s), AGEING).tolist())
     yield from (Ageing(place, (*fast, clock[-1]), name) for place in Ageing.places)
 

@@ -123,18 +123,23 @@ class Swiftness(Correction):
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return what the signal was or, going on straight, will be."""
-        past = max(int(np.ceil(-min(*values, 0.0) / grid.step_s)), 1)
-        before: Array | None = None
+        return led(lambda block: np.interp(block.signal, self.knots, values), min(values), grid)
 
-        def run(block: Block) -> Array:
-            nonlocal before
-            before = np.full(past, block.signal[0]) if before is None else before
-            known = np.concatenate([before, block.signal])
-            before = known[-past:]
-            steps = np.interp(block.signal, self.knots, values) / grid.step_s
-            here = np.arange(past, known.size)
-            rate = known[past:] - known[past - 1 : -1]
-            was = np.interp(here + np.minimum(steps, 0.0), np.arange(known.size), known)
-            return np.asarray(was + np.maximum(steps, 0.0) * rate)
 
-        return run
+def led(lead_s: Run, least_s: float, grid: Grid) -> Run:
+    """Return what a signal was or, going on straight, will be: ``lead_s`` later, s, at least ``least_s``."""
+    past = max(int(np.ceil(-min(least_s, 0.0) / grid.step_s)), 1)
+    before: Array | None = None
+
+    def run(block: Block) -> Array:
+        nonlocal before
+        before = np.full(past, block.signal[0]) if before is None else before
+        known = np.concatenate([before, block.signal])
+        before = known[-past:]
+        steps = lead_s(block) / grid.step_s
+        here = np.arange(past, known.size)
+        rate = known[past:] - known[past - 1 : -1]
+        was = np.interp(here + np.minimum(steps, 0.0), np.arange(known.size), known)
+        return np.asarray(was + np.maximum(steps, 0.0) * rate)
+
+    return run

@@ -28,6 +28,7 @@ from identify.unnamed.timed import (
     GapInRun,
     GapOverClock,
     GapSteps,
+    LeadSteps,
     Moments,
     OffsetInRun,
     OffsetSteps,
@@ -41,7 +42,7 @@ KINDS: dict[str, type[Correction]] = {
         LevelMap, BrokenMap, BorderMap, SourceMap, Leak, RateMap, Trailing, Filter, SlowFilter, OneWay, Bypass,
         Hysteresis, Relays, Sticking, Plateau, GapOverRate, GapAfterTurn, ClockMap, OffsetSteps, OffsetInRun, Moments,
         GainMap, GainSteps, GainInRun, GapOverClock, GapSteps, GapInRun, Ageing, Line, Ripple, GapRipple, Warming, Sag,
-        Heated, GapAfterLoad, Swiftness, LevelTable,
+        Heated, GapAfterLoad, Swiftness, LevelTable, LeadSteps,
     )
 }  # fmt: skip
 

@@ -15,6 +15,7 @@ from identify.stage import Block, Grid, Place, Run, Values
 from identify.trace import Array
 from identify.unnamed.correction import Correction, PlayCorrection
 from identify.unnamed.memory import widened_play
+from identify.unnamed.modulation import led
 
 
 @dataclass(frozen=True)
@@ -156,6 +157,28 @@ class GapInRun(GapOverClock):
     kind = "a gap that drifts anew in every run"
     equation = "D_L + c_L(t), D_U - c_U(t), both straight between the knots, t from the start of a run"
     counted = "in a run"
+
+
+@dataclass(frozen=True)
+class LeadSteps(Timed):
+    """Dynamics that are others from one run to the next: as far as a delay stands for them, which all lags do."""
+
+    form = "delay by runs"
+    kind = "dynamics that change between runs"
+    equation = "s'(t) = s(t + c(t)), c held from knot to knot, t the clock"
+    counted = "holds"
+    quick = True
+    weights = (("lead", "s"),)
+    places = (Place.G1, Place.G2)
+
+    @property
+    def same_at(self) -> tuple[Place, ...]:
+        """Return the places at which this gives the same data, its own first: linear blocks pass a delay on."""
+        return (self.place, Place.SOURCE if self.place is Place.G1 else Place.SENSE)
+
+    def summed(self, values: Values, grid: Grid) -> Run:
+        """Return what the signal was or, going on straight, will be."""
+        return led(self.table(values), min(values), grid)
 
 
 @dataclass(frozen=True)

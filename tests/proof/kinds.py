@@ -400,6 +400,11 @@ def _drifting(rng: Rng, reach: Reach) -> Scaled:
     return lambda strength: {"rate": 0.02 * strength, "tau": tau}
 
 
+def _touched(rng: Rng, reach: Reach) -> Scaled:
+    tau, moment = between(rng, 1e-3, 10e-3), float(rng.uniform(*np.quantile(reach.moving_s, [0.2, 0.8])))
+    return lambda strength: {"share": strength, "tau": tau, "moment": moment}
+
+
 def _dent(rng: Rng, reach: Reach) -> Scaled:
     level, up = float(rng.uniform(-0.5, 0.5)) * reach.high_w_v, sign(rng)
     width = float(rng.uniform(0.05, 0.25)) * reach.high_w_v
@@ -444,6 +449,8 @@ UNHEARD: tuple[Kind, ...] = (
     Kind("tired_source", "source", "tired_source", _one("k", lambda r: 0.05 / r.u_v)),
     Kind("drifting_pole", "G1", "drifting_pole in G1", _drifting),
     Kind("drifting_pole", "G2", "drifting_pole in G2", _drifting),
+    Kind("touched_part", "G1", "touched_part in G1", _touched),
+    Kind("touched_part", "G2", "touched_part in G2", _touched),
     Kind("remembering_gap", "F", "remembering_gap", _one("k", lambda r: 0.5 / r.v_v)),
     Kind("one_way_slew", "F", "one_way_slew", lambda rng, r: lambda s: {"rate": r.speed_v * r.rig.s_l * (1.05 - s)}),
     Kind("dent", "F", "dent", _dent),

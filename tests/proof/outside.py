@@ -179,6 +179,12 @@ def drifting_pole(signal: Array, scene: Scene) -> Array:
     return signal + scene.values["rate"] * time_s * (lag(signal, scene.values["tau"], scene) - signal)
 
 
+def touched_part(signal: Array, scene: Scene) -> Array:
+    """Put ``share`` of the signal behind a lag of ``tau`` [s] from the clock time ``moment`` [s] on."""
+    after = scene.grid.start_s + scene.grid.run_s > scene.values["moment"]
+    return signal + scene.values["share"] * after * (lag(signal, scene.values["tau"], scene) - signal)
+
+
 def remembering_gap(v: Array, scene: Scene) -> Array:
     """Let both crossings grow by k [1/V] of how far v went before it turned last."""
     rig = scene.rig
@@ -263,6 +269,8 @@ OUTSIDE: dict[str, tuple[Place, Change]] = {
     "tired_source": ("drive", tired_source),
     "drifting_pole in G1": ("v", drifting_pole),
     "drifting_pole in G2": ("x", drifting_pole),
+    "touched_part in G1": ("v", touched_part),
+    "touched_part in G2": ("x", touched_part),
     "remembering_gap": ("play", remembering_gap),
     "one_way_slew": ("w", one_way_slew),
     "dent": ("w", dent),
