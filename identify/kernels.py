@@ -176,6 +176,21 @@ def waveform(first: float, step: float, orders: Any, sizes: Any, angles: Any, ou
 
 
 @njit(error_model="numpy", cache=True)
+def less_behind(
+    weights: Any, rates: Any, step_s: float, behind: Array, last: float, signal: Array, out: Array
+) -> None:  # fmt: skip
+    """Take from ``out`` what stays behind each rate, above zero rising, below it falling; ``behind`` goes on."""
+    for k in range(rates.size):
+        up = 1.0 if rates[k] > 0.0 else -1.0
+        left, before, allowed = behind[k], last, abs(rates[k]) * step_s
+        for j in range(signal.size):
+            left = max(left + up * (signal[j] - before) - allowed, 0.0)
+            before = signal[j]
+            out[j] -= up * weights[k] * left
+        behind[k] = left
+
+
+@njit(error_model="numpy", cache=True)
 def play_between(lower: Array, upper: Array, w: float, out: Array) -> float:
     """Run the play operator between two running borders from the level w; return the last. ``out`` may be one of them.
 

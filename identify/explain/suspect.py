@@ -129,6 +129,13 @@ def columns_of(evidence: Evidence, correction: Correction) -> tuple[list[str], N
     """Return the names of all weights, and the change of the answer by a unit of each, in units of the noise."""
     chain, step = correction.put_in(evidence.chain), evidence.observations[0].noise_v
     names = [p.name for p in correction.parameters()]
+    ends = [(o.trace.start_s, o.trace.start_s + (o.trace.size - 1) / o.trace.rate_hz) for o in evidence.observations]
+    knots = [correction.only_knot(*run) for run in ends]
+    if None not in knots:  # no run sees the knots of another: those of all are moved at once
+        words = np.reshape(names, (-1, len(correction.knots)))
+        moved = [evidence.change(chain.with_values(dict.fromkeys(word, step))) / step for word in words]
+        owner = np.concatenate([np.full(o.count, k) for o, k in zip(evidence.observations, knots, strict=True)])
+        return names, np.array([np.where(owner == k, m, 0.0) for m in moved for k in range(len(correction.knots))])
     columns = np.array([evidence.change(chain.with_values({name: step})) for name in names]) / step
     if not correction.local:
         return names, columns

@@ -70,6 +70,10 @@ class Correction(Stage):
         """Return whether there is something in ``chain`` to put it on."""
         return True
 
+    def only_knot(self, start_s: float, stop_s: float) -> int | None:
+        """Return the index of the one knot that all between two clock times hangs on; None where several may be."""
+        return None
+
     def put_in(self, chain: Chain, values: Mapping[str, float] | None = None) -> Chain:
         """Return ``chain`` with this correction in it; ``values`` by full name, those not given change nothing."""
         return chain.with_stage(self, self.absent | dict(values or {})).crediting(self)

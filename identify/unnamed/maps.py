@@ -202,20 +202,16 @@ class Trailing(Correction):
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal less what is behind."""
         last: float | None = None
-        used = [(weight, rate) for weight, rate in zip(values, self.knots, strict=True) if weight]
-        behind = [0.0] * len(used)
+        used = np.flatnonzero(values)
+        weights, rates = np.array(values)[used], np.array(self.knots)[used]
+        behind = np.zeros(used.size)
 
         def run(block: Block) -> Array:
             nonlocal last
-            moves = np.diff(block.signal, prepend=block.signal[0] if last is None else last)
-            last = float(block.signal[-1])
             out = block.signal.copy()
-            for i, (weight, rate) in enumerate(used):
-                up = 1.0 if rate > 0.0 else -1.0
-                heap = behind[i] + np.cumsum(up * moves - abs(rate) * grid.step_s)
-                left = heap - np.minimum.accumulate(np.minimum(heap, 0.0))
-                behind[i] = float(left[-1])
-                out -= up * weight * left
+            before = float(block.signal[0]) if last is None else last
+            kernels.less_behind(weights, rates, grid.step_s, behind, before, block.signal, out)
+            last = float(block.signal[-1])
             return out
 
         return run

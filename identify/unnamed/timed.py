@@ -35,6 +35,11 @@ class Timed(Correction):
         """Return the places at which this gives the same data: what is slow goes through G1 as it is."""
         return (Place.G1, Place.SOURCE) if self.place is Place.G1 else super().same_at
 
+    def only_knot(self, start_s: float, stop_s: float) -> int | None:
+        """Return the index of the one knot that all between two clock times hangs on; None where several may be."""
+        first, last = np.maximum(np.searchsorted(self.knots, (start_s, stop_s), side="right") - 1, 0).tolist()
+        return first if self.counted == "holds" and first == last else None
+
     def table(self, values: Values | Array) -> Run:
         """Return the running table."""
         if self.counted == "in a run":

@@ -3,10 +3,55 @@
 import numpy as np
 import pytest
 
-from identify.explain.corrections import with_zero
-from identify.explain.suspect import MOST, Suspect, contenders, explainable, overlooked
+from identify.effects import chain_of
+from identify.evidence import Evidence
+from identify.explain.bench import Bench
+from identify.explain.corrections import APART, RESTS, dwelt_levels, with_zero
+from identify.explain.suspect import MOST, Suspect, columns_of, contenders, explainable, overlooked
 from identify.stage import Place
 from identify.unnamed.maps import LevelMap
+from identify.unnamed.timed import GainSteps, GapSteps, LeadSteps, OffsetSteps, Timed
+from tests.proof.rigs import OP_AMP
+from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
+from tests.trials import model_of, observed, recorded
+
+STARTS_S = (0.0, 3.0, 7.0)
+
+
+def evidence(*levels_v: float) -> Evidence:
+    """Return what two staircases over some levels and a sine leave of the op-amp rig's own model."""
+    stimuli = (staircase("up", levels_v, 0.02), staircase("more", levels_v[::2], 0.03), sine("wave", 20.0, 3.0, 3, 1))
+    traces = [recorded(OP_AMP, s, (), 0.01, i, at, 4) for i, (s, at) in enumerate(zip(stimuli, STARTS_S, strict=True))]
+    bench = Bench(chain_of(model_of(OP_AMP)), tuple(observed(t, 0.01, 1) for t in traces), (), ())
+    return bench.evidence(bench.fitted(bench.plain, (), 1))
+
+
+@pytest.mark.parametrize(
+    "law", [OffsetSteps(Place.SENSE, STARTS_S), GainSteps(Place.G1, STARTS_S), GapSteps(Place.F, STARTS_S),
+            LeadSteps(Place.G2, STARTS_S)], ids=lambda law: law.form
+)  # fmt: skip
+def test_what_every_run_has_of_its_own_is_moved_at_once(law: Timed, monkeypatch: pytest.MonkeyPatch) -> None:
+    there = evidence(*FIG13_LEVELS_V)
+    names, at_once = columns_of(there, law)
+    monkeypatch.setattr(type(law), "only_knot", lambda _law, _start_s, _stop_s: None)
+    again, one_by_one = columns_of(there, law)
+    assert names == again
+    assert at_once.shape == one_by_one.shape
+    assert np.array_equal(at_once, one_by_one)
+    assert np.all(np.any(at_once != 0.0, axis=1))
+
+
+def test_a_knot_inside_a_run_is_not_the_only_one() -> None:
+    held = OffsetSteps(Place.SENSE, (0.0, 0.25, 3.0))
+    assert [held.only_knot(0.0, 0.2), held.only_knot(0.0, 0.3), held.only_knot(3.0, 9.0)] == [0, None, 2]
+
+
+def test_a_table_has_the_levels_that_u_rests_on_and_the_ends_of_its_range() -> None:
+    """Levels that differ by rounding are one; those a sine passes are none."""
+    there = evidence(-1.0, 0.3, 0.3 + 1e-9, 2.0, -1.0)
+    assert dwelt_levels(there) == pytest.approx((-3.0, -1.0, 0.3, 2.0, 3.0), abs=1e-3)
+    assert 0.02 * there.observations[0].trace.rate_hz > RESTS
+    assert APART < 0.1
 
 
 def promising(place: Place, gain: float, knots: int = 8) -> Suspect:
