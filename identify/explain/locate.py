@@ -22,7 +22,7 @@ from identify.phases import turned_sines
 from identify.stage import Place
 from identify.unnamed.correction import Correction
 from identify.unnamed.hysteresis import Hysteresis
-from identify.unnamed.maps import BrokenMap, LevelMap
+from identify.unnamed.maps import BrokenMap, LevelMap, LevelTable
 
 ITERATIONS = 8  # a correction is nearly linear in its weights
 NEAR = 1.5  # times the best sum of squares, up to which a search cut short is ended
@@ -88,8 +88,8 @@ class Located:
 
         Of a table as fine as the data any law of few numbers is one; of dynamics by direction, those of both alike.
         """
-        fine = len(correction.knots) > MOST
-        plainer = [h for c, h in self.fitted if (len(c.knots) <= MOST if fine else c.form == correction.plainly)]
+        table = _is_table(correction)
+        plainer = [h for c, h in self.fitted if (not _is_table(c) if table else c.form == correction.plainly)]
         return any(self.base.chi2 - h.chi2 > FORETOLD * (self.base.chi2 - fitted.chi2) for h in plainer)
 
     @property
@@ -110,6 +110,11 @@ class Located:
         """Return the share of the misfit that the best correction at a place explains, to first order if not fitted."""
         shares = [h.share(self.base) for c, h in self.fitted if c.place == place]
         return max(shares, default=self.promised.get(place, 0.0))
+
+
+def _is_table(correction: Correction) -> bool:
+    """Return whether a correction is as fine as the data: over the clock, or over all levels that u rests on."""
+    return len(correction.knots) > MOST or isinstance(correction, LevelTable)
 
 
 def scores(base: Hypothesis, fitted: Sequence[Hypothesis], prices: Sequence[float]) -> list[float]:

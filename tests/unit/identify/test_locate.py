@@ -20,8 +20,9 @@ from identify.explain.wander import unrepeated
 from identify.phases import turned_sines
 from identify.stage import Place
 from identify.trace import Step
+from identify.unnamed.correction import Correction
 from identify.unnamed.linear import Filter, OneWay
-from identify.unnamed.maps import LevelMap, RateMap
+from identify.unnamed.maps import LevelMap, LevelTable, RateMap
 from identify.unnamed.timed import ClockMap
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
@@ -168,13 +169,17 @@ def test_a_lag_of_one_way_goes_with_the_rate_before_or_behind_a_g2_that_is_fast(
     assert set(late.places) - {Place.F, Place.G2} == {p for p, share in late.places.items() if share < 0.01}
 
 
-@pytest.mark.parametrize(("explained", "first"), [(0.9, Place.F), (0.5, Place.SENSE)])
+@pytest.mark.parametrize(
+    "table", [ClockMap(Place.SENSE, tuple(np.arange(2.0 * MOST).tolist())), LevelTable(Place.SOURCE, (-1.0, 0.0, 2.0))]
+)
+@pytest.mark.parametrize(("explained", "law_is_first"), [(0.9, True), (0.5, False)])
 def test_a_table_as_fine_as_the_data_is_believed_after_a_law_of_few_numbers_that_foretells_most(
-    explained: float, first: Place
+    explained: float, law_is_first: bool, table: Correction
 ) -> None:
     there = bench()
     base = replace(there.fitted(there.plain, ()), chi2=2000.0, count=1000)
-    law, table = LevelMap(Place.F, (-1.0, 0.0, 1.0, 2.0)), ClockMap(Place.SENSE, tuple(np.arange(2.0 * MOST).tolist()))
+    law = LevelMap(Place.F, (-1.0, 0.0, 1.0, 2.0))
+    first = law.place if law_is_first else table.place
     both = ((table, replace(base, chi2=1000.0)), (law, replace(base, chi2=2000.0 - 1000.0 * explained)))
     assert next(iter(Located(base, both, 0.0, (400.0, 5.0)).places)) == first
 
