@@ -14,12 +14,16 @@ from identify.stage import Block, Grid, Parameter, Place, Run, Shape, Values
 from identify.trace import Array
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from identify.evidence import Evidence
+    from identify.observe import Observation
 
 K = Parameter("self_heating.k", "1/V^2", scale=1e-3)
 TAU = Parameter("self_heating.tau", "s", "log")
 SMALL = 1e-6  # 1/V^2: the change is looked at where it is proportional, well above rounding
 TAUS = np.geomspace(30.0, 3e4, 6)  # samples
+FASTEST_S = 1e-3  # in which the smallest parts warm: what follows its load sooner bends at once, and is no heat
 
 
 @final
@@ -61,6 +65,10 @@ class SelfHeating(Effect):
             return np.asarray(block.signal * (1.0 - k * warmth(load)))
 
         return run, shape
+
+    def plausible(self, chain: Chain, observations: "Sequence[Observation]") -> bool:
+        """Return whether a part can warm as slowly as that at least."""
+        return chain.values[TAU.name] >= FASTEST_S
 
     def plainer(self, chain: Chain) -> tuple[Effect, dict[str, float]] | None:
         """Return borders bent at once, which heat behind F comes to that neither lasts nor takes long to come."""

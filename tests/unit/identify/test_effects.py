@@ -542,6 +542,13 @@ def test_no_capacitor_grows_to_many_times_its_size_where_the_recordings_go(value
     assert OffsetDrift(Place.SENSE).plausible(chain, (run,))
 
 
+@pytest.mark.parametrize(("tau", "plausible"), [(1e-4, False), (0.05, True)])
+def test_what_follows_its_load_at_once_is_no_heat(tau, plausible):
+    law = catalogue()["self_heating"](Place.G1)
+    chain = law.put_in(chain_of(model_of(OP_AMP)), {"k": 1e-3, "tau": tau})
+    assert law.plausible(chain, ()) is plausible
+
+
 def test_the_width_of_a_knee_comes_out_as_it_is():
     """As many plays as the law has side by side are few to a width that a run tells to a thousandth."""
     knee, chain, width = catalogue()["soft_knee"](Place.F), chain_of(model_of(OP_AMP)), 0.8
