@@ -54,6 +54,11 @@ class Readings:
     settle_s: float
     doubtful: tuple[Blemish, ...] = ()  # losses of readings of which only a rough look told
 
+    @property
+    def excess_v2(self) -> float:
+        """Return the variance that the plain model leaves beyond the noise, V^2: blemishes change that noise, too."""
+        return self.plain.misfit * self.data.noise.rms_v**2
+
 
 @dataclass(frozen=True)
 class Look:
@@ -96,7 +101,8 @@ def read(
     close, rough = _looked(before.fit.chain, recorded, raw.noise.rms_v, look.leave_out, fitted)
     found = undone(close)
     if close.found:
-        return undone(recorded) if found.plain.proven and found.plain.misfit > WORTH * before.misfit else found
+        beyond = found.plain.proven and found.excess_v2 > WORTH * before.misfit * raw.noise.rms_v**2
+        return undone(recorded) if beyond else found
     if not _lost(rough.found) or _coloured(found.found):
         return found  # noise that hangs together looks like a loss to a rough look
     mended_roughly = undone(rough)

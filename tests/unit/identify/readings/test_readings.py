@@ -252,9 +252,13 @@ def test_one_spike_far_out_is_enough():
     assert not told.training[0].valid[4321]
 
 
-def test_a_spike_that_made_the_noise_look_larger_is_told_where_what_is_left_may_be_noise():
-    """Repeats of 4444 readings tell the variance to two per cent: as much is half of what the spike is without it."""
-    case = drawn(Key(41, "single", "spikes", 0), known_effects())
+@pytest.mark.parametrize("seed", [41, 75])
+def test_spikes_that_made_the_noise_look_larger_are_told_where_what_is_left_may_be_noise(seed):
+    """Repeats of 4444 readings tell the variance to two per cent: as much is half of what the spike is without it.
+
+    Of 7900 they told one that is three times that too small (seed 75).
+    """
+    case = drawn(Key(seed, "single", "spikes", 0), known_effects())
     told = explain(model_of(case.nominal), *parted(record(case)))
     assert (told.verdict, [finding.id for finding in told.effects]) == ("explained", ["spikes"])
 
