@@ -23,7 +23,7 @@ from identify.explain.bench import Bench
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.wander import PROVEN, by_chance_elsewhere, changes, compared, whitened
 from identify.explain.weights import Carried
-from identify.fit import Pull
+from identify.fit import Pull, chi_squared
 from identify.observe import Observation, pooled_rms, refined
 from identify.trace import Array, Mask
 
@@ -83,7 +83,7 @@ def carried(bench: Bench, plain: Hypothesis) -> tuple[Bench, Hypothesis] | None:
     if np.any(after > LEFT * np.maximum(before, 0.0) + chance):
         return None
     mean = beside.without(base, base.effects[0]).chi2 - base.chi2
-    rough = max(ROUGH * mean, NEARLY * _volume(beside))
+    rough = max(ROUGH * mean, NEARLY * _volume(beside.observations))
     return (_as_rough(beside, rough), base) if mean > MEAN + SHARE * base.proven else None
 
 
@@ -116,12 +116,21 @@ def rougher(bench: Bench, better: Hypothesis, effect: Effect) -> float:
 
 def price(bench: Bench, hypothesis: Hypothesis) -> float:
     """Return twice the negative log of the likelihood, but for a constant, and the price of what was searched."""
-    return hypothesis.chi2 + _volume(bench) + hypothesis.parameters * log(hypothesis.count)
+    return hypothesis.chi2 + _volume(bench.observations) + hypothesis.parameters * log(hypothesis.count)
 
 
-def _volume(bench: Bench) -> float:
-    """Return what the weights of a bench add to twice the negative log of a likelihood."""
-    return sum(float(np.sum(o.colour.wander.logs)) for o in bench.observations if o.colour.wander is not None)
+def _volume(observations: Sequence[Observation]) -> float:
+    """Return what their weights add to twice the negative log of the likelihood of observations."""
+    return sum(float(np.sum(o.colour.wander.logs)) for o in observations if o.colour.wander is not None)
+
+
+def likelier(chain: Chain, plain: Chain, held_out: Sequence[Observation]) -> bool:
+    """Return whether held-out data are likelier as they are weighed beside what a chain carries along than bare.
+
+    Where ``plain`` is that chain without it. Runs that are quieter than it would have them speak against it.
+    """
+    beside = sum(chi_squared(chain, o) for o in held_out) + _volume(held_out)
+    return beside < sum(chi_squared(plain, o) for o in bare(held_out))
 
 
 def weighed(law: Effect, chain: Chain, observations: Sequence[Observation]) -> tuple[Observation, ...]:
