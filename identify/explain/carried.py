@@ -20,10 +20,11 @@ from identify.chain import Chain
 from identify.colour import Colour
 from identify.effects.effect import Effect
 from identify.explain.bench import Bench
+from identify.explain.confirm import UNFINISHED
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.wander import PROVEN, by_chance_elsewhere, changes, compared, whitened
 from identify.explain.weights import Carried
-from identify.fit import Pull, chi_squared
+from identify.fit import Pull
 from identify.observe import Observation, pooled_rms, refined
 from identify.trace import Array, Mask
 
@@ -124,13 +125,13 @@ def _volume(observations: Sequence[Observation]) -> float:
     return sum(float(np.sum(o.colour.wander.logs)) for o in observations if o.colour.wander is not None)
 
 
-def likelier(chain: Chain, plain: Chain, held_out: Sequence[Observation]) -> bool:
-    """Return whether held-out data are likelier as they are weighed beside what a chain carries along than bare.
+def accounts(chain: Chain, held_out: Sequence[Observation]) -> bool:
+    """Return whether held-out data leave more than the noise, and no more as weighed beside what a chain carries along.
 
-    Where ``plain`` is that chain without it. Runs that are quieter than it would have them speak against it.
+    Their weights are from the chain alone: what else differs from repeat to repeat is not white in them.
     """
-    beside = sum(chi_squared(chain, o) for o in held_out) + _volume(held_out)
-    return beside < sum(chi_squared(plain, o) for o in bare(held_out))
+    left, weighed_left = (pooled_rms(w for o in seen for w in o.whitened(chain)) for seen in (bare(held_out), held_out))
+    return weighed_left <= UNFINISHED < left
 
 
 def weighed(law: Effect, chain: Chain, observations: Sequence[Observation]) -> tuple[Observation, ...]:

@@ -13,7 +13,7 @@ from identify.excerpts.excerpts import excerpts_of
 from identify.explain.answer import Answer
 from identify.explain.bench import Bench
 from identify.explain.beside import Selected, selected_beside, selected_either
-from identify.explain.carried import alike_weighed, bare, likelier
+from identify.explain.carried import accounts, alike_weighed, bare
 from identify.explain.confirm import CONVINCING, adapted, improvement, unconfirmed, would_tell
 from identify.explain.everywhere import everywhere
 from identify.explain.explanation import Explanation
@@ -203,7 +203,7 @@ def confirmed(
         better, worse = adapted(hypothesis.fit.chain, test), adapted(without.fit.chain, test)
         told = would_tell(better, worse, test) / sqrt(hypothesis.swell)
         scatters = by_chance_elsewhere(better, (effect,), bare(bench.observations), bare(test)) > 0.0 or (
-            bench.carried is not None and bench.carried.law == effect and likelier(better, worse, test)
+            bench.carried is not None and bench.carried.law == effect and accounts(better, test)
         )
         side = improvement(better, worse, test)
         unseen = hypothesis.swell > 1.0 and not effect.by_chance and side < CONVINCING * sqrt(hypothesis.swell)

@@ -9,7 +9,16 @@ from identify.colour import Colour
 from identify.effects import catalogue
 from identify.explain.bench import Bench
 from identify.explain.beside import selected_beside, selected_either
-from identify.explain.carried import alike_weighed, bare, carried, left_by_chance, price, rougher, weighed_again
+from identify.explain.carried import (
+    accounts,
+    alike_weighed,
+    bare,
+    carried,
+    left_by_chance,
+    price,
+    rougher,
+    weighed_again,
+)
 from identify.explain.explain import explain, prepared
 from identify.explain.locate import Located
 from identify.explain.prune import pruned
@@ -90,6 +99,17 @@ def test_the_weights_hold_for_runs_that_were_not_fitted(noisy, beside):
     assert 0.8 < white < 1.15
     assert bare([it])[0].colour.white
     assert alike_weighed(noisy[0], chain, [unseen]) == (unseen,)
+
+
+HUM = Concealed("hum at sense", {"frequency": 50.0, "amplitude": 0.01, "third": 0.0, "fifth": 0.0})
+
+
+@pytest.mark.parametrize(("physics", "all_of_it"), [((NOISY,), True), ((NOISY, HUM), False), ((HUM,), False)])
+def test_weights_account_for_held_out_runs_where_nothing_else_is_left_there(beside, physics, all_of_it):
+    unseen = observed(recorded(OP_AMP, staircase("other", FIG13_LEVELS_V[::-1], 0.03), physics, NOISE_V, 99), NOISE_V)
+    chain = beside[1].fit.chain
+    assert accounts(chain, alike_weighed(beside[0], chain, [unseen])) is all_of_it
+    assert not accounts(chain, [unseen])
 
 
 def test_what_named_noise_makes_by_chance_is_what_the_weights_take_away(noisy, beside):
