@@ -2,8 +2,8 @@
 
 A spike is one reading far from those beside it, at a moment of its own: not at a jump of the stimulus, not at the same
 place of every repeat, not where the model fails for many readings in a row, and not the more often the faster the
-readings move: those are the tail of a scatter in time. How many readings of noise alone would lie
-so far out is known, so the number beyond a threshold is a Poisson test; several thresholds are paid for.
+readings move: those are the tail of a scatter in time. How many readings of noise alone would lie so far out is known,
+so the number beyond a threshold is a Poisson test; several thresholds are paid for.
 """
 
 from collections.abc import Sequence
@@ -98,7 +98,8 @@ def outliers(trace: Trace, residual: Array, lsb_v: float = 0.0) -> Outliers:
     if lsb_v and use.any():  # the median of readings in steps is a step, too
         sd_v = max(sd_v, float(np.quantile(deviation[use], MOSTLY)) / MOSTLY_SD)
     calm = TO_SD * median_filter(deviation, AROUND, mode="nearest") <= DISTURBED * sd_v
-    moves = uniform_filter1d(np.abs(np.gradient(trace.y[:] - residual)), BESIDE, mode="nearest")
+    answer = trace.y[:] - residual
+    moves = uniform_filter1d(np.abs(np.diff(answer, prepend=answer[:1])), BESIDE, mode="nearest")
     return Outliers(trace, alone / (sd_v or np.inf), sd_v, use & calm & ~_jumps(trace.u[:]), moves)
 
 
