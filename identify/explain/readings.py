@@ -56,8 +56,11 @@ class Readings:
 
     @property
     def excess_v2(self) -> float:
-        """Return the variance that the plain model leaves beyond the noise, V^2: blemishes change that noise, too."""
-        return self.plain.misfit * self.data.noise.rms_v**2
+        """Return the variance that the plain model leaves beyond the noise, V^2, 0 where that may be noise.
+
+        Blemishes change what is taken for noise, too.
+        """
+        return self.plain.misfit * self.data.noise.rms_v**2 if self.plain.proven else 0.0
 
 
 @dataclass(frozen=True)
@@ -101,8 +104,7 @@ def read(
     close, rough = _looked(before.fit.chain, recorded, raw.noise.rms_v, look.leave_out, fitted)
     found = undone(close)
     if close.found:
-        beyond = found.plain.proven and found.excess_v2 > WORTH * before.misfit * raw.noise.rms_v**2
-        return undone(recorded) if beyond else found
+        return undone(recorded) if found.excess_v2 > WORTH * before.misfit * raw.noise.rms_v**2 else found
     if not _lost(rough.found) or _coloured(found.found):
         return found  # noise that hangs together looks like a loss to a rough look
     mended_roughly = undone(rough)
