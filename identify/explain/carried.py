@@ -84,7 +84,7 @@ def carried(bench: Bench, plain: Hypothesis) -> tuple[Bench, Hypothesis] | None:
     if np.any(after > LEFT * np.maximum(before, 0.0) + chance):
         return None
     mean = beside.without(base, base.effects[0]).chi2 - base.chi2
-    rough = max(ROUGH * mean, NEARLY * _volume(beside.observations))
+    rough = max(ROUGH * mean, NEARLY * _volume(beside))
     return (_as_rough(beside, rough), base) if mean > MEAN + SHARE * base.proven else None
 
 
@@ -100,8 +100,28 @@ def left_by_chance(bench: Bench, effects: Sequence[Effect], chain: Chain, held_o
     if bench.carried is None or bench.carried.law not in effects:
         made = by_chance_elsewhere(chain, effects, bare(bench.observations), bare(held_out))
         return made / sum(o.count for o in held_out)
-    left = [pooled_rms(white for o in seen for white in o.whitened(chain)) for seen in (bare(held_out), held_out)]
-    return max(left[0] ** 2 - left[1] ** 2, 0.0)
+    left, weighed_left = _left(chain, held_out)
+    return max(left**2 - weighed_left**2, 0.0)
+
+
+def scatters_so(bench: Bench, effect: Effect, chain: Chain, held_out: Sequence[Observation]) -> bool:
+    """Return whether held-out data scatter as an effect does by chance.
+
+    What readings are weighed beside, where they leave more than the noise, and no more as they are weighed by the chain
+    alone: what else differs from repeat to repeat is not white in that.
+    """
+    if by_chance_elsewhere(chain, (effect,), bare(bench.observations), bare(held_out)) > 0.0:
+        return True
+    if bench.carried is None or bench.carried.law != effect:
+        return False
+    left, weighed_left = _left(chain, held_out)
+    return weighed_left <= UNFINISHED < left
+
+
+def _left(chain: Chain, held_out: Sequence[Observation]) -> tuple[float, float]:
+    """Return what a chain leaves, in units of the noise: as if nothing wandered, and as the data are weighed."""
+    left, weighed_left = (pooled_rms(w for o in seen for w in o.whitened(chain)) for seen in (bare(held_out), held_out))
+    return left, weighed_left
 
 
 def rougher(bench: Bench, better: Hypothesis, effect: Effect) -> float:
@@ -117,21 +137,12 @@ def rougher(bench: Bench, better: Hypothesis, effect: Effect) -> float:
 
 def price(bench: Bench, hypothesis: Hypothesis) -> float:
     """Return twice the negative log of the likelihood, but for a constant, and the price of what was searched."""
-    return hypothesis.chi2 + _volume(bench.observations) + hypothesis.parameters * log(hypothesis.count)
+    return hypothesis.chi2 + _volume(bench) + hypothesis.parameters * log(hypothesis.count)
 
 
-def _volume(observations: Sequence[Observation]) -> float:
-    """Return what their weights add to twice the negative log of the likelihood of observations."""
-    return sum(float(np.sum(o.colour.wander.logs)) for o in observations if o.colour.wander is not None)
-
-
-def accounts(chain: Chain, held_out: Sequence[Observation]) -> bool:
-    """Return whether held-out data leave more than the noise, and no more as weighed beside what a chain carries along.
-
-    Their weights are from the chain alone: what else differs from repeat to repeat is not white in them.
-    """
-    left, weighed_left = (pooled_rms(w for o in seen for w in o.whitened(chain)) for seen in (bare(held_out), held_out))
-    return weighed_left <= UNFINISHED < left
+def _volume(bench: Bench) -> float:
+    """Return what the weights of a bench add to twice the negative log of a likelihood."""
+    return sum(float(np.sum(o.colour.wander.logs)) for o in bench.observations if o.colour.wander is not None)
 
 
 def weighed(law: Effect, chain: Chain, observations: Sequence[Observation]) -> tuple[Observation, ...]:

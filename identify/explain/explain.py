@@ -13,7 +13,7 @@ from identify.excerpts.excerpts import excerpts_of
 from identify.explain.answer import Answer
 from identify.explain.bench import Bench
 from identify.explain.beside import Selected, selected_beside, selected_either
-from identify.explain.carried import accounts, alike_weighed, bare
+from identify.explain.carried import alike_weighed, scatters_so
 from identify.explain.confirm import CONVINCING, adapted, improvement, unconfirmed, would_tell
 from identify.explain.everywhere import everywhere
 from identify.explain.explanation import Explanation
@@ -24,7 +24,7 @@ from identify.explain.readings import Look, Readings, counts_another, hides_nois
 from identify.explain.select import selected
 from identify.explain.survey import surveyed
 from identify.explain.suspect import MOST
-from identify.explain.wander import MOSTLY, by_chance_elsewhere, unrepeated
+from identify.explain.wander import MOSTLY, unrepeated
 from identify.explain.warrant import Warranted, warranted
 from identify.holdout import Split
 from identify.model import Model
@@ -202,12 +202,10 @@ def confirmed(
         without = bench.without(hypothesis, effect)
         better, worse = adapted(hypothesis.fit.chain, test), adapted(without.fit.chain, test)
         told = would_tell(better, worse, test) / sqrt(hypothesis.swell)
-        scatters = by_chance_elsewhere(better, (effect,), bare(bench.observations), bare(test)) > 0.0 or (
-            bench.carried is not None and bench.carried.law == effect and accounts(better, test)
-        )
         side = improvement(better, worse, test)
         unseen = hypothesis.swell > 1.0 and not effect.by_chance and side < CONVINCING * sqrt(hypothesis.swell)
-        if not scatters and (unseen or unconfirmed(side, told, hypothesis.fall(without))):
+        against = unseen or unconfirmed(side, told, hypothesis.fall(without))
+        if against and not scatters_so(bench, effect, better, test):
             hypothesis = without
             dropped.append(effect)
     beyond = located(bench, hypothesis) if dropped else earned.beyond

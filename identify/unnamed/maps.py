@@ -37,7 +37,17 @@ def _cardinal(knots: tuple[float, ...]) -> NDArray[np.float64]:
 
 
 @dataclass(frozen=True)
-class LevelMap(Correction):
+class OverLevel(Correction):
+    """A law that goes with the signal's own level."""
+
+    @property
+    def axis(self) -> str:
+        """Return the level of the signal at the place."""
+        return LEVELS[self.place]
+
+
+@dataclass(frozen=True)
+class LevelMap(OverLevel):
     """A memoryless law of the signal's own level: a natural cubic spline over it, straight beyond its ends."""
 
     form = "map of the level"
@@ -47,11 +57,6 @@ class LevelMap(Correction):
     places = tuple(Place)
     least = 4
     even = True
-
-    @property
-    def axis(self) -> str:
-        """Return the level of the signal at the place."""
-        return LEVELS[self.place]
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal plus the spline of it."""
@@ -66,7 +71,7 @@ class LevelMap(Correction):
 
 
 @dataclass(frozen=True)
-class BrokenMap(Correction):
+class BrokenMap(OverLevel):
     """A memoryless law of the signal's own level that jumps and bends at the knots and is straight between."""
 
     form = "corners of the level"
@@ -76,11 +81,6 @@ class BrokenMap(Correction):
     weights = (("jump", "V"), ("bend", "V/V"))
     places = tuple(Place)
     least = 1
-
-    @property
-    def axis(self) -> str:
-        """Return the level of the signal at the place."""
-        return LEVELS[self.place]
 
     def shapes(self, level: Array) -> NDArray[np.float64]:
         """Return what a unit of every weight adds at levels, V, shape (weights, levels)."""
@@ -102,20 +102,15 @@ class BrokenMap(Correction):
 
 
 @dataclass(frozen=True)
-class LevelTable(Correction):
+class LevelTable(OverLevel):
     """An error of its own at every level that the source rests on, straight between: codes of a DAC, say."""
 
     form = "table of the level"
-    kind = "an error of its own at every level it rests on"
+    kind = "an error of its own at every level held"
     equation = "s' = s + c(s), c straight between the knots"
     knot_unit = "V"
     places = (Place.SOURCE,)
     least = 4
-
-    @property
-    def axis(self) -> str:
-        """Return the level of the signal at the place."""
-        return LEVELS[self.place]
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal plus what the table says of its level."""

@@ -10,13 +10,13 @@ from identify.blocks import run_linear
 from identify.discretise import stepper
 from identify.stage import Block, Grid, Place, Run, Values
 from identify.trace import Array
-from identify.unnamed.correction import Correction, PlayCorrection
-from identify.unnamed.maps import LEVELS
+from identify.unnamed.correction import PlayCorrection
+from identify.unnamed.maps import LEVELS, OverLevel
 from identify.unnamed.memory import widened_play
 
 
 @dataclass(frozen=True)
-class Warming(Correction):
+class Warming(OverLevel):
     """A gain that follows the load of the recent past: a power of the signal's size behind lags, the knots."""
 
     form = "gain after load"
@@ -28,11 +28,6 @@ class Warming(Correction):
     places: ClassVar[tuple[Place, ...]] = (Place.SOURCE, Place.G1, Place.F, Place.SENSE)
     curved = False
     least = 1
-
-    @property
-    def axis(self) -> str:
-        """Return the coordinate."""
-        return LEVELS[self.place]
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal times one plus the weighted lags of its load."""
@@ -105,7 +100,7 @@ def _warmth(lags_s: Sequence[float], weights: Values | Array, grid: Grid, power:
 
 
 @dataclass(frozen=True)
-class Swiftness(Correction):
+class Swiftness(OverLevel):
     """Dynamics that depend on the level: it comes sooner or later by a time that is straight between levels."""
 
     form = "swiftness over the level"
@@ -115,11 +110,6 @@ class Swiftness(Correction):
     knot_unit = "V"
     weights = (("lead", "s"),)
     places = (Place.G1, Place.G2)
-
-    @property
-    def axis(self) -> str:
-        """Return the coordinate."""
-        return LEVELS[self.place]
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return what the signal was or, going on straight, will be."""

@@ -1,5 +1,6 @@
 """Is noise in front of the gap found in what repeats differ by, measured, and the rest seen beside it?"""
 
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -10,22 +11,23 @@ from identify.effects import catalogue
 from identify.explain.bench import Bench
 from identify.explain.beside import selected_beside, selected_either
 from identify.explain.carried import (
-    accounts,
     alike_weighed,
     bare,
     carried,
     left_by_chance,
     price,
     rougher,
+    scatters_so,
     weighed_again,
 )
-from identify.explain.explain import explain, prepared
+from identify.explain.explain import confirmed, explain, prepared
 from identify.explain.locate import Located
 from identify.explain.prune import pruned
 from identify.explain.rivals import _ahead
 from identify.explain.round import Round
 from identify.explain.suspect import MOST, suspects
 from identify.explain.wander import changes, whitened
+from identify.explain.warrant import Warranted
 from identify.fit import Pull
 from identify.holdout import split
 from identify.observe import pooled_rms, refined, weighed
@@ -105,11 +107,19 @@ HUM = Concealed("hum at sense", {"frequency": 50.0, "amplitude": 0.01, "third": 
 
 
 @pytest.mark.parametrize(("physics", "all_of_it"), [((NOISY,), True), ((NOISY, HUM), False), ((HUM,), False)])
-def test_weights_account_for_held_out_runs_where_nothing_else_is_left_there(beside, physics, all_of_it):
+def test_held_out_runs_side_with_noise_where_its_weights_leave_nothing_of_them(beside, physics, all_of_it, monkeypatch):
+    """Where what it makes by its own size does not tell, which small deviations get wrong far above the noise."""
     unseen = observed(recorded(OP_AMP, staircase("other", FIG13_LEVELS_V[::-1], 0.03), physics, NOISE_V, 99), NOISE_V)
-    chain = beside[1].fit.chain
-    assert accounts(chain, alike_weighed(beside[0], chain, [unseen])) is all_of_it
-    assert not accounts(chain, [unseen])
+    bench, base = beside
+    (law,), chain = base.effects, base.fit.chain
+    monkeypatch.setattr("identify.explain.carried.by_chance_elsewhere", lambda *_: 0.0)
+    weighed_beside = alike_weighed(bench, chain, [unseen])
+    assert scatters_so(bench, law, chain, weighed_beside) is all_of_it
+    assert not scatters_so(bench, law, chain, [unseen])
+    assert not scatters_so(replace(bench, carried=None), law, chain, weighed_beside)
+    monkeypatch.setattr(sys.modules[explain.__module__], "improvement", lambda *_: -100.0)  # the mean is against it
+    kept, dropped = confirmed(bench, Warranted(base, Located(base, (), 1.0)), weighed_beside)
+    assert (kept.hypothesis.effects, dropped) == (((law,), ()) if all_of_it else ((), (law,)))
 
 
 def test_what_named_noise_makes_by_chance_is_what_the_weights_take_away(noisy, beside):

@@ -47,11 +47,10 @@ def test_a_knot_inside_a_run_is_not_the_only_one() -> None:
 
 
 def test_a_table_has_the_levels_that_u_rests_on_and_the_ends_of_its_range() -> None:
-    """Levels that differ by rounding are one; those a sine passes are none."""
-    there = evidence(-1.0, 0.3, 0.3 + 1e-9, 2.0, -1.0)
-    assert dwelt_levels(there) == pytest.approx((-3.0, -1.0, 0.3, 2.0, 3.0), abs=1e-3)
+    """Levels that differ by next to nothing are one; those a sine passes are none."""
+    there = evidence(-1.0, 0.3, 0.3 + 0.5 * APART * 6.0, 0.3 + 1e-9, 0.3 + 3.0 * APART * 6.0, 2.0, -1.0)
+    assert dwelt_levels(there) == pytest.approx((-3.0, -1.0, 0.3, 0.318, 2.0, 3.0), abs=1e-3)
     assert 0.02 * there.observations[0].trace.rate_hz > RESTS
-    assert APART < 0.1
 
 
 def promising(place: Place, gain: float, knots: int = 8) -> Suspect:
