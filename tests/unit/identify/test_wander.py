@@ -114,7 +114,7 @@ def test_held_out_data_confirm_chance_where_they_scatter_so_or_cannot_tell_its_m
     monkeypatch.setattr(WAY, "settled", lambda bench, hypothesis: (hypothesis, ()))
     found = replace(beside(noisy, NOISY, {"sd": SD_V, "bandwidth": BANDWIDTH_HZ}), swell=1.0)
     assert dropped(noisy, found, (PRESENT,)) == ()
-    monkeypatch.setattr(WAY, "by_chance_elsewhere", lambda *given: 0.0)
+    monkeypatch.setattr("identify.explain.carried.by_chance_elsewhere", lambda *given: 0.0)
     assert dropped(noisy, found, (PRESENT,)) == (NOISY,)
     assert dropped(noisy, replace(found, swell=1e3), (PRESENT,)) == ()
 
