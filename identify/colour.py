@@ -35,23 +35,37 @@ ENOUGH = 1000  # readings needed to tell a colour
 Filter = Callable[[Array, Mask], Array]
 
 
+@dataclass(frozen=True, eq=False)
+class Sizes:
+    """How much every reading of one run scatters, over the rms of a reading's noise, shape (N,)."""
+
+    each: Array
+
+
 @dataclass(frozen=True)
 class Colour:
     """Noise as an autoregression with coefficients ``taps``; ``gain`` is its rms over that of its new part n.
 
     Or, where it hangs together for longer, as white noise passed through a ladder of first-order lags and leads: a
-    pole and a zero each, in the plane of z. Or white noise beside what ``wander``s in one run, and in that alone.
+    pole and a zero each, in the plane of z. Or white noise beside what ``wander``s in one run, and in that alone; or
+    white noise that is larger in some of its readings.
     """
 
     taps: tuple[float, ...] = ()
     gain: float = 1.0
     ladder: tuple[tuple[float, ...], ...] = ()
     wander: Wander | None = None
+    sizes: Sizes | None = None
 
     @property
     def white(self) -> bool:
         """Return whether there is nothing to filter."""
-        return not self.taps and not self.ladder and self.wander is None
+        return not self.taps and not self.ladder and not self.of_one_run
+
+    @property
+    def of_one_run(self) -> bool:
+        """Return whether it says of every reading of one run what that is worth."""
+        return self.wander is not None or self.sizes is not None
 
     @property
     def slow(self) -> float:
@@ -92,6 +106,8 @@ def whitening(colour: Colour) -> Filter:
     order = len(colour.taps)
     if colour.wander is not None:
         return innovations(colour.wander)
+    if colour.sizes is not None:
+        return _evened(colour.sizes)
     if colour.ladder:
         return _climbing(colour)
     if order == 0:
@@ -110,6 +126,19 @@ def whitening(colour: Colour) -> Filter:
         past, known = joined[-order:].copy(), in_use[-order:]
         white[~counts] = 0.0
         return np.asarray(colour.gain * white[use])
+
+    return run
+
+
+def _evened(sizes: Sizes) -> Filter:
+    """Return the filter that weighs every reading of a run as it scatters, from the first reading on."""
+    at = 0
+
+    def run(values: Array, use: Mask) -> Array:
+        nonlocal at
+        here = sizes.each[at : at + use.size][use]
+        at += use.size
+        return np.asarray(values[use] / here.reshape(-1, *(1,) * (values.ndim - 1)))
 
     return run
 

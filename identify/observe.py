@@ -113,7 +113,7 @@ class Observation:
 def weighed(rows: NDArray[np.float64], observation: Observation) -> NDArray[np.float64]:
     """Return rows of the samples that count, V, shape (m, count), as a fit weighs them: per noise, made white."""
     white = whitening(observation.colour)
-    if observation.colour.wander is None:
+    if not observation.colour.of_one_run:
         return np.asarray(white(rows.T / observation.noise_v, np.ones(rows.shape[1], dtype=np.bool_)).T)
     whole = np.zeros((observation.use.size, rows.shape[0]))
     whole[observation.use] = rows.T / observation.noise_v

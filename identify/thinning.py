@@ -42,7 +42,7 @@ def thinned(fit: Fit, observations: Sequence[Observation]) -> Thinned:
     """Return as few samples as tell the same, or as show at least what is slow."""
     count = sum(o.count for o in observations)
     factors = [m for m in FACTORS if count >= m * LEAST]
-    if not factors or any(o.trace.intersample == "bandlimited" or o.colour.wander for o in observations):
+    if not factors or any(o.trace.intersample == "bandlimited" or o.colour.of_one_run for o in observations):
         return Thinned(tuple(observations))
     runs = [_Run(o, o.residual(fit.chain), _slopes(fit, o)) for o in observations]
     factors = [m for m in factors if _slopes_are_kept(runs, m)]

@@ -27,10 +27,11 @@ from identify.explain.explanation import (
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import LIKELY
 from identify.explain.neighbours import spanning
+from identify.explain.of_readings import finding as of_readings
+from identify.explain.of_readings import location
 from identify.explain.phrases import called, described, listed, stretch_told
 from identify.explain.prove import Proof, proven
-from identify.explain.readings import Readings, location
-from identify.explain.readings import finding as of_readings
+from identify.explain.readings import Readings
 from identify.explain.rivals import odds
 from identify.explain.round import Round
 from identify.explain.shape import shape_of
@@ -91,10 +92,10 @@ class Answer:
     @property
     def verdict(self) -> Verdict:
         """Return one of the four verdicts."""
-        if self.better.effects or self.readings.found:
+        if self.better.effects or any(blemish.id != UNNAMED for blemish in self.readings.found):
             rest = not self.better.effects and self.proof is not None
             return "explained" if self.named_over <= TO_THE_NOISE and not rest else "partly_explained"
-        if self.beyond.significant or self.before_v > TO_THE_NOISE * self.noise_v:
+        if self.readings.found or self.beyond.significant or self.before_v > TO_THE_NOISE * self.noise_v:
             return "unexplained"
         return "consistent"
 
@@ -259,6 +260,9 @@ class Answer:
             return f"The mismatch is explained by {names}: the held-out residual falls from {times} to {after}."
         if self.verdict == "partly_explained":
             return f"{names} explains part of the mismatch: the held-out residual falls from {times} to {after}."
+        if self.readings.found and self.proof is None:
+            what = listed([blemish.title for blemish in self.readings.found])
+            return f"The readings have {what}, which nothing in the signal path makes; what does is open."
         if self.proof is None and not self.beyond.significant:
             return f"Held-out runs differ by {times}, the others agree: they show something the others do not excite."
         law = f"; an unnamed law at {self.beyond.best.place.label} brings that to {after}" if self.proof else ""

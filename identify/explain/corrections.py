@@ -21,7 +21,7 @@ from identify.unnamed.correction import UNNAMED, Correction
 from identify.unnamed.hysteresis import Hysteresis, Relays, Sticking
 from identify.unnamed.linear import Bypass, Filter, OneWay, SlowFilter
 from identify.unnamed.lines import GapRipple, Line, Ripple
-from identify.unnamed.maps import LevelMap, LevelTable, RateMap, SourceMap, Trailing
+from identify.unnamed.maps import LevelMap, LevelTable, RateMap, SourceGain, SourceMap, Trailing
 from identify.unnamed.memory import BorderMap, GapAfterTurn, GapOverRate, Leak, Plateau
 from identify.unnamed.modulation import GapAfterLoad, Heated, Sag, Swiftness, Warming
 from identify.unnamed.timed import (
@@ -86,7 +86,7 @@ def _laws(evidence: Evidence, name: str) -> Iterator[Correction]:
     for place in Trailing.places:
         top = max(evidence.rates(place))
         yield Trailing(place, tuple(share * top for share in (*(-q for q in RATES[::-1]), *RATES)), name)
-    yield SourceMap(Place.SENSE, level_knots(evidence, Place.SOURCE, KNOTS), name)
+    yield from (kind(Place.SENSE, level_knots(evidence, Place.SOURCE, KNOTS), name) for kind in (SourceMap, SourceGain))
 
 
 def _linear(evidence: Evidence, name: str) -> Iterator[Correction]:

@@ -1,6 +1,7 @@
 """What of a mismatch that does not come back with the stimulus goes with the clock: all the time, or at single moments?
 
-What is there while F rests, too, is added behind F; what only shows while F moves happens in F.
+What is there while F rests, too, is added behind F; what only shows while F moves happens in F, and so does what is
+gone once F has stood at a border for a while: there it remembers nothing.
 """
 
 from collections.abc import Iterator
@@ -8,9 +9,11 @@ from math import log
 
 import numpy as np
 
+from identify.blocks import Play
 from identify.evidence import Evidence
-from identify.explain.corrections import free_name
-from identify.explain.wander import MOSTLY, resting, unrepeated, whitened
+from identify.explain.contact import forgetting, resting
+from identify.explain.corrections import free_name, slowest_s
+from identify.explain.wander import MOSTLY, unrepeated, whitened
 from identify.observe import Observation
 from identify.stage import Place
 from identify.trace import Array
@@ -21,6 +24,9 @@ WINDOWS_S = (0.004, 0.02, 0.1)
 BURST_S = 0.001  # the window in which single moments are sought
 BURST = 9.0  # of chi-squared, beyond what the largest of all windows has by chance, from which something happened there
 CALM = 0.25  # of the misfit while F moves, below which what is left at rest is not the same thing
+NOTHING = 0.1  # of the misfit at rest, below which nothing is left where F remembers nothing
+LEAST = 2000  # readings that tell so
+LAGS = 5.0  # times the slowest lag, after which what F remembered has passed
 
 
 def wandering(evidence: Evidence) -> Iterator[tuple[Correction, Array, dict[str, float], float]]:
@@ -46,16 +52,20 @@ def wandering(evidence: Evidence) -> Iterator[tuple[Correction, Array, dict[str,
 
 
 def where(evidence: Evidence) -> Place:
-    """Return sense for what is there while F rests, too, else F."""
-    calm, moving = [], []
+    """Return F for what is there only while F moves, or only while it remembers; sense for all else."""
+    chain, remembers = evidence.chain, evidence.chain.stage_of(Play) is not None
+    settled = round(LAGS * slowest_s(evidence) / evidence.sample_s)
+    parts: list[list[Array]] = [[], [], []]
     for o in evidence.observations:
-        beyond = np.square(whitened(o, o.residual(evidence.chain))) - 1.0
-        rests = resting(evidence.chain, o)
-        calm.append(beyond[rests & o.use])
-        moving.append(beyond[~rests & o.use])
-    rest, move = (np.concatenate(parts) for parts in (calm, moving))
+        beyond, rests = np.square(whitened(o, o.residual(chain))) - 1.0, resting(chain, o)
+        forgets = forgetting(chain, o, settled) if remembers else np.zeros_like(rests)
+        for part, there in zip(parts, (rests, ~rests, forgets), strict=True):
+            part.append(beyond[there & o.use])
+    rest, move, forgotten = (np.concatenate(part) for part in parts)
     if not rest.size or not move.size:
         return Place.SENSE
+    if forgotten.size > LEAST and float(np.mean(forgotten)) < NOTHING * float(np.mean(rest)):
+        return Place.F
     return Place.F if float(np.mean(rest)) < CALM * float(np.mean(move)) else Place.SENSE
 
 

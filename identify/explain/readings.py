@@ -9,16 +9,12 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from identify.chain import Chain
-from identify.effects.effect import Effect, short
+from identify.effects.effect import Effect
 from identify.explain.bench import Bench
-from identify.explain.confirm import EVEN
-from identify.explain.explanation import Finding, Location, Range
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.rivals import OTHERWISE
 from identify.explain.wander import MOSTLY, unrepeated
 from identify.holdout import Split, settling_s, split
 from identify.model import Model
-from identify.natural_units import shown_interval
 from identify.noise import good
 from identify.observe import pooled_rms
 from identify.readings.blemish import Blemish
@@ -29,7 +25,7 @@ from identify.readings.missing_samples import MissingSamples
 from identify.readings.noise_left import noise_left
 from identify.readings.range_end import RangeEnd, range_ends
 from identify.readings.spectra import spectra
-from identify.stage import Place
+from identify.readings.uneven_noise import Uneven
 from identify.trace import Trace
 
 ALL_OF_IT = 2.0  # times the energy of a noise as large as it may be, that is left at most where it is all that is left
@@ -146,21 +142,30 @@ def _looked(
     return seen, rough
 
 
-def _whitened(
-    data: Split, seen: Mended, settle_s: float, look: Look
-) -> tuple[Split, tuple[ColouredNoise, ...]]:
-    """Return the data weighed as their noise is coloured, and what tells of that; as they are where it is white."""
+def _whitened(data: Split, seen: Mended, settle_s: float, look: Look) -> tuple[Split, tuple[Blemish, ...]]:
+    """Return the data weighed as their noise is coloured or uneven, and what tells of that; as they are where neither.
+    """
     noise = None
     if ColouredNoise.id not in look.leave_out:
         left = noise_left(*_less(look.against, seen, data.noise.rms_v)) if look.against is not None else None
         noise = left or coloured_noise(seen.training, seen.proof, settle_s)  # repeats are few, what is left is all
     if noise is None:
-        return data, ()
+        return _evened(data, seen.noise) if seen.noise else (data, ())
     train, test = (
         tuple(replace(o, noise_v=noise.rms_v, colour=noise.colour(o.trace)) for o in part)
         for part in (data.train, data.test)
     )
     return replace(data, train=train, test=test, noise=replace(data.noise, rms_v=noise.rms_v)), (noise.blemish,)
+
+
+def _evened(data: Split, noise: Uneven) -> tuple[Split, tuple[Blemish, ...]]:
+    """Return the data weighed as every reading scatters, the noise that of those held out, and what tells of that."""
+    rms_v, held_out_v = (pooled_rms(noise.of(o.trace)[o.use] for o in part) for part in (data.train, data.test))
+    train, test = (
+        tuple(replace(o, noise_v=rms_v, colour=noise.colour(o.trace, rms_v)) for o in part)
+        for part in (data.train, data.test)
+    )
+    return replace(data, train=train, test=test, noise=replace(data.noise, rms_v=held_out_v)), (noise.blemish,)
 
 
 def suspected(readings: Readings, leave_out: Sequence[str]) -> float:
@@ -202,7 +207,8 @@ def reread(
     if noise and not (_noisy(readings, chain) and _accounts(readings, chain, noise[0])):
         noise = ()  # it was physics that does not come back with the stimulus, explained by now or not
     recorded = (chain, readings.traces, readings.hold_out, readings.data.noise.rms_v, leave_out)
-    found = mended(*recorded).found
+    seen = mended(*recorded)
+    found = (*seen.found, *([seen.noise.blemish] if seen.noise else []))
     if settled and _lost(readings.found) and not _lost(found) and not noise:
         found = (*found, *_lost(mended(*recorded, rough=True).found))
     found = (*(b for b in readings.found if b.id == RangeEnd.id), *found, *noise)
@@ -261,33 +267,3 @@ def _less(chain: Chain, seen: Mended, noise_v: float) -> tuple[list[Trace], list
         for traces in (seen.training, seen.proof)
     )
     return train, test
-
-
-def finding(blemish: Blemish, beside: bool = False) -> Finding:
-    """Return what is said of one blemish; an unnamed law ``beside`` noise may have made what looks like that."""
-    named = ((short(p.name), p.unit) for p in blemish.declared)
-    parameters = {name: (blemish.values[name], unit) for name, unit in named if name in blemish.values}
-    told = [f"{name} {shown_interval(interval, unit)}" for name, (interval, unit) in parameters.items()]
-    words = ", ".join(told) + (f" ({blemish.where})" if blemish.where else "")
-    others = blemish.confused_with
-    most = EVEN if beside and blemish.id == ColouredNoise.id else 1.0 - OTHERWISE
-    return Finding(
-        blemish.id, Place.SENSE.label, "", most * (1.0 - blemish.p_value), parameters, blemish.equation,
-        blemish.sentence.format(words), (), others[0].would_separate if others else None,
-    )  # fmt: skip
-
-
-def location(blemishes: Sequence[Blemish], data: Split) -> Location:
-    """Return where blemishes are, when nothing else differs."""
-    traces = [o.trace for o in data.train]
-    end_s = max(trace.start_s + trace.size / trace.rate_hz for trace in traces)
-    everywhere = Range("clock time", min(trace.start_s for trace in traces), end_s, "s", 1.0)
-    ranges = tuple(_stretch(blemish) or everywhere for blemish in blemishes)
-    what = " and ".join(blemish.title for blemish in blemishes)
-    return Location(Place.SENSE.label, ranges, f"The mismatch is in the readings themselves: {what}.")
-
-
-def _stretch(blemish: Blemish) -> Range | None:
-    """Return the moment of a blemish that has one."""
-    position = blemish.values.get("position")
-    return Range("clock time", position.low, position.high, "s", 1.0) if position else None

@@ -9,14 +9,14 @@ from math import log, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.chain import Chain, signals
+from identify.chain import Chain
 from identify.colour import whitening
 from identify.effects.effect import Effect
 from identify.explain.chance import MORE, as_large, scatter_in, scatter_of, scatters_all
+from identify.explain.contact import resting
 from identify.explain.hypothesis import Hypothesis, proven
 from identify.fit import Pull, chi_squared
 from identify.observe import Observation
-from identify.stage import Place
 from identify.trace import Array, Mask
 from identify.uncertainty.inflation import inflation
 
@@ -26,7 +26,6 @@ DRIFT_S = 0.02  # whose means tell what drifts from what is quick
 SEEN = 2.0  # times what noise makes of a drift, from which it is there
 SLOW_S = (0.02, 0.1)  # means in which the slow wandering is looked for, that no single reading shows
 PROVEN = 6.0  # standard deviations of chance, from which there is a misfit
-STILL = 1e-3  # of the largest rate of w, below which it rests
 SURE = 0.2  # of the log of a size that scatter tells: courses of chance differ
 QUIET = 0.25  # of what chance must make, below which a run is too quiet for it: courses of chance differ
 HANGS = 3.0  # standard deviations from which readings that follow each other hang together
@@ -253,13 +252,6 @@ def _repeats(observation: Observation) -> Iterator[tuple[slice, slice]]:
         if before is not None and size > 0 and before.stop - before.start == here.stop - here.start:
             yield slice(before.start, before.start + size), slice(here.start, here.start + size)
         last[step.label] = here
-
-
-def resting(chain: Chain, observation: Observation) -> Mask:
-    """Return where the signal behind G2 hardly moves: F rests and its last move has passed."""
-    level = signals(chain, observation.trace)[chain.index(Place.G2) - 1]
-    rate = np.abs(np.diff(level, prepend=level[:1]))
-    return np.asarray(rate < STILL * float(np.max(rate)), dtype=np.bool_)
 
 
 def whitened(observation: Observation, residual: Array) -> Array:

@@ -4,12 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identify.blocks import Play
 from identify.chain import Chain, signals
+from identify.explain.contact import still, tap
 from identify.explain.explanation import Profile, Range
 from identify.observe import Observation
 from identify.stage import Place
-from identify.trace import Array, Mask, Trace
+from identify.trace import Array
 
 BINS = 24
 MOST = 0.95  # share of an effect's energy that the stretch reported must hold
@@ -27,31 +27,9 @@ def coordinate(axis: str, chain: Chain, observation: Observation) -> Array:
         return (trace.start_s if axis == "clock time" else 0.0) + np.arange(trace.size) / trace.rate_hz
     taps = signals(chain, trace)
     if axis == "time on a plateau":
-        return _age(_still(chain, taps, trace)) / trace.rate_hz
-    level = trace.u[:] if axis.endswith("u") else _tap(chain, taps, axis[-1])
+        return _age(still(chain, taps, trace)) / trace.rate_hz
+    level = trace.u[:] if axis.endswith("u") else tap(chain, taps, axis[-1])
     return np.diff(level, prepend=level[:1]) * trace.rate_hz if axis.startswith("rate of") else level
-
-
-def _tap(chain: Chain, taps: Sequence[Array], signal: str) -> Array:
-    """Return v, w, x or y; w is what F itself makes, before physics put behind it."""
-    places = {"v": Place.G1, "x": Place.G2, "y": Place.SENSE}
-    return taps[_tap_of_w(chain) if signal == "w" else chain.index(places[signal]) - 1]
-
-
-def _still(chain: Chain, taps: Sequence[Array], trace: Trace) -> Mask:
-    """Return where w rests inside the gap, on neither border; without a gap, where the source holds its level."""
-    if chain.stage_of(Play) is None:
-        return np.asarray(np.diff(trace.u[:], prepend=0.0) == 0.0)
-    v, w = (_tap(chain, taps, signal) for signal in "vw")
-    borders = [(chain.values[f"F.S_{side}"], chain.values[f"F.D_{side}"]) for side in ("L", "U")]
-    reach = 1e-9 * max(float(np.max(np.abs(w))), 1e-12)
-    away = [np.abs(w - slope * (v - crossing)) > reach for slope, crossing in borders]
-    return np.logical_and(away[0], away[1])
-
-
-def _tap_of_w(chain: Chain) -> int:
-    """Return the index of the stage that makes w: F itself, before physics put behind it."""
-    return min(i for i, stage in enumerate(chain.stages) if stage.place is Place.F)
 
 
 def _age(still: np.ndarray) -> Array:

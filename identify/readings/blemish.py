@@ -15,15 +15,18 @@ class Blemish(ABC):
     """Something found in the readings: its values with intervals, and how likely chance alone would show it.
 
     ``where`` says in which recordings, in words; ``p_value`` is that of readings not used to find it where there are
-    such, with every place it was looked for at paid.
+    such, with every place it was looked for at paid. ``span`` are the ends of the stretch of its axis where it is, and
+    which share of it, where that is known.
     """
 
     values: Mapping[str, Interval]
     p_value: float
     where: str = ""
+    span: tuple[float, float, float] | None = None
 
     id: ClassVar[str]
     title: ClassVar[str]
+    form: ClassVar[str] = ""  # what kind of it, where the id does not say
     equation: ClassVar[str]
     sentence: ClassVar[str]  # what the operator reads; {} is filled with the values and where they are
     axis: ClassVar[str]

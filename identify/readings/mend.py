@@ -12,17 +12,23 @@ from identify.observe import Observation, refined
 from identify.readings.blemish import Blemish
 from identify.readings.missing_samples import Loss, loss_in
 from identify.readings.spikes import Samples, outliers, spikes
+from identify.readings.uneven_noise import Uneven, uneven_noise
 from identify.trace import Array, Trace
+from identify.unnamed.correction import UNNAMED
 
 
 @dataclass(frozen=True)
 class Mended:
-    """Recordings without their blemishes, in the order given, the blemishes, and where each lost readings."""
+    """Recordings without their blemishes, in the order given, the blemishes, and where each lost readings.
+
+    ``noise`` is that of readings that scatter unlike each other; None where they do not.
+    """
 
     training: tuple[Trace, ...]
     proof: tuple[Trace, ...]
     found: tuple[Blemish, ...]
     lost_from: tuple[int | None, ...] = ()
+    noise: Uneven | None = None
 
     def in_time(self) -> "Mended":
         """Return recordings up to where readings were lost; whole where less than half of those fitted would be left.
@@ -56,15 +62,17 @@ def mended(
             losses = _surest(losses)
         traces = [loss.mended() if loss else trace for trace, loss in zip(traces, losses, strict=True)]
         found += [loss.blemish() for loss in losses if loss]
+    left = [(t, t.y[:] - answer) for t, answer in zip(traces, answers, strict=True)]
+    noise = uneven_noise(left[: len(training)], left[len(training) :]) if UNNAMED not in leave_out else None
     if "spikes" not in leave_out:
         lsb_v = grid_step_v([*training, *proof])
-        seen = [outliers(t, t.y[:] - answer, lsb_v) for t, answer in zip(traces, answers, strict=True)]
+        seen = [outliers(t, noise.evened(t, rest) if noise else rest, lsb_v) for t, rest in left]
         told, threshold = spikes(seen[: len(training)], seen[len(training) :])
         if told:
             found += told
             traces = [without(t, o.beyond(threshold)) for t, o in zip(traces, seen, strict=True)]
     runs = tuple(traces[: len(training)]), tuple(traces[len(training) :])
-    return Mended(*runs, tuple(found), tuple(loss.low if loss else None for loss in losses))
+    return Mended(*runs, tuple(found), tuple(loss.low if loss else None for loss in losses), noise)
 
 
 def answer(chain: Chain, trace: Trace, noise_v: float) -> Array:

@@ -74,7 +74,8 @@ class Loss:
         position = Interval(*(start + step * k for k in (self.at, self.low - 0.5, self.high + 0.5)))
         count = Interval(*(float(self.count),) * 3)
         p_value = float(chi2.sf(self.proof, 1))
-        return MissingSamples({"position": position, "count": count}, p_value, f"run {self.trace.name}")
+        values = {"position": position, "count": count}
+        return MissingSamples(values, p_value, f"run {self.trace.name}", (position.low, position.high, 1.0))
 
     def mended(self) -> Trace:
         """Return the recording with a gap where readings were lost, and all that follows in its time."""

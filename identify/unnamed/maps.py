@@ -165,14 +165,34 @@ class SourceMap(Correction):
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal plus the spline of the source voltage."""
+        law = self.of_source(values)
+        return lambda block: np.asarray(block.signal + law(block))
+
+    def of_source(self, values: Values) -> Run:
+        """Return the spline of the source voltage."""
         rows, first, step = spline(self.knots, self.split(values)[0]), self.knots[0], self.knots[1] - self.knots[0]
 
         def run(block: Block) -> Array:
             out = np.empty_like(block.source)
             kernels.plus_curve(first, step, rows, block.source, out)
-            return np.asarray(block.signal + out - block.source)
+            return out - block.source
 
         return run
+
+
+@dataclass(frozen=True)
+class SourceGain(SourceMap):
+    """A gain that goes with what the generator puts out: a supply that both share, say."""
+
+    form = "gain over the source"
+    kind = "a gain that goes with the source voltage"
+    equation = "s' = s (1 + c(u)), c a cubic spline through the knots"
+    weights = (("grow", "V/V"),)
+
+    def summed(self, values: Values, grid: Grid) -> Run:
+        """Return the signal times one plus the spline of the source voltage."""
+        law = self.of_source(values)
+        return lambda block: np.asarray(block.signal * (1.0 + law(block)))
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,8 @@ from identify.colour import Colour, whitening
 from identify.effects import catalogue
 from identify.effects.effect import Confusion, short
 from identify.explain.explain import explain, prepared
-from identify.explain.readings import Look, counts_another, finding, hides_noise, loses, read, reread, suspected
+from identify.explain.of_readings import finding
+from identify.explain.readings import Look, counts_another, hides_noise, loses, read, reread, suspected
 from identify.holdout import settling_s, split
 from identify.interval import Interval
 from identify.noise import good

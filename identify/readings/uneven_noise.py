@@ -1,0 +1,228 @@
+"""Is the noise of a reading the same everywhere, or does it go with the level, the rate or the clock?
+
+Told from second differences in time of what a model leaves, in which what is slow against a sample is small, and
+asked to be as neighbouring readings of white noise are: what is new in every reading has come in behind G2, which lets
+nothing so quick pass. No physics of the signal path makes it, known or missing, so that the model may be under
+suspicion. Where such scatter goes with something, readings are weighed by how much each scatters.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar, final
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+from scipy.stats import chi2, norm
+
+from identify.colour import Colour, Sizes
+from identify.interval import Interval
+from identify.noise import good, grid_step_v
+from identify.readings.blemish import Blemish
+from identify.stage import Parameter
+from identify.trace import Array, Mask, Trace
+from identify.unnamed.correction import UNNAMED
+
+WITHIN = 17  # readings whose mean is the level
+# Shares of all values at the ends of stretches of a coordinate: finer towards its ends, where few readings may move
+# much faster, or stand much higher, than most. LEAST values make a stretch.
+SHARES = np.sort(np.concatenate([2.0 ** -np.arange(3, 10), 1.0 - 2.0 ** -np.arange(3, 10), np.linspace(0.25, 0.75, 5)]))
+LEAST = 300
+TO_SD = 1.0 / float(norm.ppf(0.75))  # a median of sizes as a standard deviation
+# Of second differences, which share readings, so many independent values would tell as much: by the squares of their
+# correlations.
+SHARE = 1.0 / (1.0 + 2.0 * ((2.0 / 3.0) ** 2 + (1.0 / 6.0) ** 2))
+MEDIANS = 0.37  # what a median tells of a Gaussian spread, over what the squares do
+FAR_OUT = 4.0  # sd
+CONVINCING, CONFIRMING = 60.0, 10.0  # twice the gain of the log-likelihood, here and on readings kept back
+MATERIAL = 1.2  # times the least scatter that the largest must be: less moves no odds
+COARSE = 0.5  # of the noise: wider steps of the ADC make scatter of their own
+WHITE, ABOUT = -2.0 / 3.0, 0.1  # correlation of neighbouring second differences of white noise, and how near is near
+Left = tuple[Trace, Array]  # a recording and what a model leaves of its readings, V, shape (N,)
+
+
+@dataclass(frozen=True)
+class UnevenNoise(Blemish):
+    """Noise that is larger in some readings than in others."""
+
+    id = UNNAMED
+    form = "uneven noise"
+    equation = "y' = y + e s(c), e white of rms 1, c what it goes with"
+    declared: ClassVar = (Parameter("noise.least", "V", "log"), Parameter("noise.most", "V", "log"))
+    with_what: ClassVar[str]
+
+    @staticmethod
+    def coordinate(trace: Trace) -> Array:
+        """Return what the noise of every reading may go with, shape (N,)."""
+        raise NotImplementedError
+
+
+def _level(trace: Trace) -> Array:
+    """Return the readings freed of most of their noise, V, shape (N,)."""
+    return np.asarray(uniform_filter1d(np.asarray(trace.y[:], dtype=np.float64), WITHIN, mode="nearest"))
+
+
+@final
+class OverRate(UnevenNoise):
+    """Noise of readings that move: what is uneven in when they are taken."""
+
+    title = "noise that grows with how fast the reading moves"
+    axis = "rate of y"
+    fingerprint = "scatter against the size of the rate"
+    sentence = (
+        "The readings scatter the more the faster they move: {}. The moments at which they are taken are uneven, as "
+        "behind a clock that jitters or a trigger that comes by software."
+    )
+
+    @staticmethod
+    def coordinate(trace: Trace) -> Array:
+        """Return how fast the readings move either way, V/s, shape (N,)."""
+        level = _level(trace)
+        return np.abs(np.diff(level, prepend=level[:1])) * trace.rate_hz
+
+
+@final
+class OverLevel(UnevenNoise):
+    """Noise that goes with the level of the reading."""
+
+    title = "noise that goes with the level of the reading"
+    axis = "level of y"
+    fingerprint = "scatter against the level"
+    sentence = (
+        "The readings scatter the more or less, the higher they are: {}. Something multiplies the reading by noise, as "
+        "a reference of the ADC that is not quiet, or a part of the input is noisy at some levels."
+    )
+
+    @staticmethod
+    def coordinate(trace: Trace) -> Array:
+        """Return the level, V, shape (N,)."""
+        return _level(trace)
+
+
+@final
+class OverClock(UnevenNoise):
+    """Noise that was larger at some times."""
+
+    title = "noise that changes with the clock"
+    axis = "clock time"
+    fingerprint = "scatter against clock time"
+    sentence = (
+        "The readings scatter more at some times than at others: {}. Something was switched, moved or came loose "
+        "meanwhile, whatever was played."
+    )
+
+    @staticmethod
+    def coordinate(trace: Trace) -> Array:
+        """Return the clock, s, shape (N,)."""
+        return trace.start_s + np.arange(trace.size) / trace.rate_hz
+
+
+KINDS: tuple[type[UnevenNoise], ...] = (OverLevel, OverRate, OverClock)
+
+
+@dataclass(frozen=True)
+class Uneven:
+    """Noise that goes with something: its sd, V, at knots of that, both of shape (bins,), and what tells of it."""
+
+    blemish: UnevenNoise
+    knots: Array
+    sd_v: Array
+
+    def of(self, trace: Trace) -> Array:
+        """Return the sd of every reading of a recording, V, shape (N,)."""
+        return np.interp(self.blemish.coordinate(trace), self.knots, self.sd_v)
+
+    def evened(self, trace: Trace, left: Array) -> Array:
+        """Return what is left of a recording, V, as if all its readings scattered alike, shape (N,)."""
+        sd_v = self.of(trace)
+        return np.asarray(left * (float(np.median(sd_v)) / sd_v))
+
+    def colour(self, trace: Trace, rms_v: float) -> Colour:
+        """Return how a fit is to weigh the readings of a recording, ``rms_v`` standing for a reading's noise."""
+        return Colour(sizes=Sizes(self.of(trace) / rms_v))
+
+
+@dataclass(frozen=True)
+class _Scatter:
+    """What noise alone makes, as values of its sd, V, each beside the one before it, and where they were read."""
+
+    values: Array
+    before: Array
+    at: dict[type[UnevenNoise], Array]
+
+
+def uneven_noise(training: Sequence[Left], proof: Sequence[Left]) -> Uneven | None:
+    """Return the noise where it is uneven beyond doubt, and that holds on readings kept back; None where it is not."""
+    seen, kept = _scatter(training), _scatter(proof)
+    step_v = grid_step_v([trace for trace, _ in (*training, *proof)])
+    if seen.values.size < SHARES.size * LEAST or step_v > COARSE * _sd(seen.values):
+        return None
+    gain, kind, knots, sd_v = max((_told(seen, kind) for kind in KINDS), key=lambda told: told[0])
+    here = np.interp(seen.at[kind], knots, sd_v)
+    if gain < CONVINCING or np.max(sd_v) < MATERIAL * np.min(sd_v) or not _is_new(seen, here > np.median(sd_v)):
+        return None
+    if kept.values.size >= LEAST and _gain(kept, np.interp(kept.at[kind], knots, sd_v)) < CONFIRMING:
+        return None
+    doubt = 1.96 / float(np.sqrt(2.0 * SHARE * MEDIANS * seen.values.size / sd_v.size))
+    ends = {"least": float(np.min(sd_v)), "most": float(np.max(sd_v))}
+    values = {name: Interval(v, v * (1.0 - doubt), v * (1.0 + doubt)) for name, v in ends.items()}
+    p_value = min(len(KINDS) * float(chi2.sf(gain, sd_v.size - 1)), 1.0)
+    return Uneven(kind(values, p_value, span=_span(seen, kind, knots, sd_v)), knots, sd_v)
+
+
+def _span(seen: _Scatter, kind: type[UnevenNoise], knots: Array, sd_v: Array) -> tuple[float, float, float]:
+    """Return the ends of where readings scatter more than their middle, and which share of all scatter is there."""
+    where, more = seen.at[kind], knots[sd_v > np.sqrt(np.min(sd_v) * np.max(sd_v))]
+    power = np.square(np.interp(where, knots, sd_v))
+    low, high = (float(end) for end in (np.min(more), np.max(more)))
+    low, high = float(np.min(where)) if low == knots[0] else low, float(np.max(where)) if high == knots[-1] else high
+    return low, high, float(np.sum(power, where=(where >= low) & (where <= high)) / np.sum(power))
+
+
+def _scatter(runs: Sequence[Left]) -> _Scatter:
+    """Return what neighbouring readings of all recordings scatter by."""
+    found = [_differences(*run) for run in runs if run[0].size > 3]
+    values, before = (np.concatenate([each[i] for each in found] or [np.zeros(0)]) for i in (0, 1))
+    return _Scatter(values, before, {k: np.concatenate([each[2][k] for each in found]) for k in KINDS} if found else {})
+
+
+def _differences(trace: Trace, left: Array) -> tuple[Array, Array, dict[type[UnevenNoise], Array]]:
+    """Return second differences as a reading's noise, V, those before them, and what the noise may go with."""
+    ok, second = good(trace), np.diff(left, 2) / np.sqrt(6.0)
+    use = ok[3:] & ok[2:-1] & ok[1:-2] & ok[:-3]
+    return second[1:][use], second[:-1][use], {kind: kind.coordinate(trace)[2:-1][use] for kind in KINDS}
+
+
+def _sd(values: Array) -> float:
+    """Return the standard deviation of Gaussian values, however far a few of them lie out; 0 of none."""
+    return TO_SD * float(np.median(np.abs(values))) if values.size else 0.0
+
+
+def _told(seen: _Scatter, kind: type[UnevenNoise]) -> tuple[float, type[UnevenNoise], Array, Array]:
+    """Return what speaks for noise that goes with one thing, that, knots of it and the sd there, V."""
+    where = seen.at[kind]
+    edges = np.unique(np.quantile(where, [0.0, *SHARES, 1.0]))
+    number = np.clip(np.searchsorted(edges, where, side="right") - 1, 0, max(edges.size - 2, 0))
+    bins = [n for n in range(edges.size - 1) if np.count_nonzero(number == n) >= LEAST]
+    knots = np.array([float(np.median(where[number == n])) for n in bins])
+    sd_v = np.array([_sd(seen.values[number == n]) for n in bins])
+    if len(bins) < 2 or not np.all(sd_v > 0.0) or not np.all(np.diff(knots) > 0.0):
+        return 0.0, kind, np.zeros(1), np.ones(1)
+    return _gain(seen, np.interp(where, knots, sd_v)), kind, knots, sd_v
+
+
+def _gain(seen: _Scatter, sd_v: Array) -> float:
+    """Return twice the gain in log-likelihood of every value's own sd, of the course ``sd_v``, over one for all.
+
+    Either is as large as it is in these readings; what lies far out counts as ``FAR_OUT`` away.
+    """
+    own = _sd(seen.values / sd_v) * sd_v
+    one = np.full(own.size, _sd(seen.values))
+    costs = [2.0 * np.log(sd) + np.square(np.minimum(np.abs(seen.values / sd), FAR_OUT)) for sd in (one, own)]
+    return SHARE * float(np.sum(costs[0] - costs[1]))
+
+
+def _is_new(seen: _Scatter, larger: Mask) -> bool:
+    """Return whether noise that is larger is new in every reading: what has come through G2 hangs together."""
+    values, before = seen.values[larger], seen.before[larger]
+    total = float(values @ values)
+    return total > 0.0 and abs(float(values @ before) / total - WHITE) < ABOUT
