@@ -26,13 +26,14 @@ WITHIN = 17  # readings whose mean is the level
 # Shares of all values at the ends of stretches of a coordinate: finer towards its ends, where few readings may move
 # much faster, or stand much higher, than most. LEAST values make a stretch.
 SHARES = np.sort(np.concatenate([2.0 ** -np.arange(3, 10), 1.0 - 2.0 ** -np.arange(3, 10), np.linspace(0.25, 0.75, 5)]))
-LEAST = 300
+LEAST, LASTING = 300, 1000  # values; those in a row that make a stretch of the clock
 TO_SD = 1.0 / float(norm.ppf(0.75))  # a median of sizes as a standard deviation
 # Of second differences, which share readings, so many independent values would tell as much: by the squares of their
 # correlations.
 SHARE = 1.0 / (1.0 + 2.0 * ((2.0 / 3.0) ** 2 + (1.0 / 6.0) ** 2))
 MEDIANS = 0.37  # what a median tells of a Gaussian spread, over what the squares do
 FAR_OUT = 4.0  # sd
+APART = 20  # values in a row, of which the first and the last share readings with others
 CONVINCING, CONFIRMING = 60.0, 10.0  # twice the gain of the log-likelihood, here and on readings kept back
 MATERIAL = 1.2  # times the least scatter that the largest must be: less moves no odds
 COARSE = 0.5  # of the noise: wider steps of the ADC make scatter of their own
@@ -48,12 +49,16 @@ class UnevenNoise(Blemish):
     form = "uneven noise"
     equation = "y' = y + e s(c), e white of rms 1, c what it goes with"
     declared: ClassVar = (Parameter("noise.least", "V", "log"), Parameter("noise.most", "V", "log"))
-    with_what: ClassVar[str]
 
     @staticmethod
     def coordinate(trace: Trace) -> Array:
         """Return what the noise of every reading may go with, shape (N,)."""
         raise NotImplementedError
+
+    @staticmethod
+    def edges(where: Array) -> Array:
+        """Return the ends of the stretches of it in each of which one sd is told, from where there are values."""
+        return np.unique(np.quantile(where, [0.0, *SHARES, 1.0]))
 
 
 def _level(trace: Trace) -> Array:
@@ -115,6 +120,11 @@ class OverClock(UnevenNoise):
         """Return the clock, s, shape (N,)."""
         return trace.start_s + np.arange(trace.size) / trace.rate_hz
 
+    @staticmethod
+    def edges(where: Array) -> Array:
+        """Return the ends of stretches of the clock: what comes and goes may do so at any time."""
+        return np.unique(np.quantile(where, np.linspace(0.0, 1.0, max(where.size // LASTING, 1) + 1)))
+
 
 KINDS: tuple[type[UnevenNoise], ...] = (OverLevel, OverRate, OverClock)
 
@@ -149,16 +159,27 @@ class _Scatter:
     before: Array
     at: dict[type[UnevenNoise], Array]
 
+    def part(self, which: int) -> "_Scatter":
+        """Return the first or the second of every two stretches of ``APART`` values."""
+        use = np.arange(self.values.size) // APART % 2 == which
+        return _Scatter(self.values[use], self.before[use], {kind: each[use] for kind, each in self.at.items()})
+
 
 def uneven_noise(training: Sequence[Left], proof: Sequence[Left]) -> Uneven | None:
-    """Return the noise where it is uneven beyond doubt, and that holds on readings kept back; None where it is not."""
-    seen, kept = _scatter(training), _scatter(proof)
+    """Return the noise where it is uneven beyond doubt, and that holds on readings kept back; None where it is not.
+
+    Of the clock every stretch is its own, in recordings kept back, too: half of the readings tell, the others confirm.
+    """
     step_v = grid_step_v([trace for trace, _ in (*training, *proof)])
+    seen, kept, every = (_scatter(runs) for runs in (training, proof, (*training, *proof)))
     if seen.values.size < SHARES.size * LEAST or step_v > COARSE * _sd(seen.values):
         return None
-    gain, kind, knots, sd_v = max((_told(seen, kind) for kind in KINDS), key=lambda told: told[0])
+    by_clock = every.part(0), every.part(1)
+    asked = ((OverLevel, seen, kept), (OverRate, seen, kept), (OverClock, *by_clock))
+    told, seen, kept = max(((_told(a, kind), a, b) for kind, a, b in asked), key=lambda each: each[0][0])
+    gain, kind, knots, sd_v = told
     here = np.interp(seen.at[kind], knots, sd_v)
-    if gain < CONVINCING or np.max(sd_v) < MATERIAL * np.min(sd_v) or not _is_new(seen, here > np.median(sd_v)):
+    if gain < CONVINCING or np.max(sd_v) < MATERIAL * np.min(sd_v) or not _is_new(seen, here > np.mean(here)):
         return None
     if kept.values.size >= LEAST and _gain(kept, np.interp(kept.at[kind], knots, sd_v)) < CONFIRMING:
         return None
@@ -200,11 +221,11 @@ def _sd(values: Array) -> float:
 def _told(seen: _Scatter, kind: type[UnevenNoise]) -> tuple[float, type[UnevenNoise], Array, Array]:
     """Return what speaks for noise that goes with one thing, that, knots of it and the sd there, V."""
     where = seen.at[kind]
-    edges = np.unique(np.quantile(where, [0.0, *SHARES, 1.0]))
-    number = np.clip(np.searchsorted(edges, where, side="right") - 1, 0, max(edges.size - 2, 0))
-    bins = [n for n in range(edges.size - 1) if np.count_nonzero(number == n) >= LEAST]
-    knots = np.array([float(np.median(where[number == n])) for n in bins])
-    sd_v = np.array([_sd(seen.values[number == n]) for n in bins])
+    order = np.argsort(where, kind="stable")
+    cuts = np.searchsorted(where[order], kind.edges(where)[1:-1], side="right")
+    bins = [each for each in np.split(order, cuts) if each.size >= LEAST]
+    knots = np.array([float(np.median(where[each])) for each in bins])
+    sd_v = np.array([_sd(seen.values[each]) for each in bins])
     if len(bins) < 2 or not np.all(sd_v > 0.0) or not np.all(np.diff(knots) > 0.0):
         return 0.0, kind, np.zeros(1), np.ones(1)
     return _gain(seen, np.interp(where, knots, sd_v)), kind, knots, sd_v
@@ -222,7 +243,7 @@ def _gain(seen: _Scatter, sd_v: Array) -> float:
 
 
 def _is_new(seen: _Scatter, larger: Mask) -> bool:
-    """Return whether noise that is larger is new in every reading: what has come through G2 hangs together."""
-    values, before = seen.values[larger], seen.before[larger]
-    total = float(values @ values)
-    return total > 0.0 and abs(float(values @ before) / total - WHITE) < ABOUT
+    """Return whether what makes noise larger is new in every reading: what has come through G2 hangs together."""
+    square, product = np.square(seen.values), seen.values * seen.before
+    beyond, common = (float(np.mean(each[larger]) - np.mean(each[~larger])) for each in (square, product))
+    return beyond > 0.0 and abs(common / beyond - WHITE) < ABOUT

@@ -459,4 +459,7 @@ UNHEARD: tuple[Kind, ...] = (
     Kind("wavy_adc", "sense", "wavy_adc", _wavy),
     Kind("dead_dac", "source", "dead_dac", _one("dead", lambda r: 0.4 * r.u_v)),
     Kind("jitter", "sense", "jitter", _one("sd", lambda r: 2e-3)),
+    Kind("noisy_reference", "sense", "noisy_reference", _one("sd", lambda r: 0.1)),
+    Kind("shared_supply", "sense", "shared_supply", lambda rng, r: lambda s: {"share": 0.2 * s, "top": r.u_v}),
+    Kind("wandering_hold", "F", "wandering_hold", _one("sd", lambda r: r.high_w_v)),
 )

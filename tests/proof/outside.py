@@ -246,6 +246,34 @@ def jitter(y: Array, scene: Scene) -> Array:
     return y + slope * scene.rng_of_run.normal(0.0, scene.values["sd"], y.size)
 
 
+def noisy_reference(y: Array, scene: Scene) -> Array:
+    """Let the ADC's reference be noisy: y times 1 + e, e white and of rms ``sd``."""
+    return y * (1.0 + scene.rng_of_run.normal(0.0, scene.values["sd"], y.size))
+
+
+def shared_supply(y: Array, scene: Scene) -> Array:
+    """Let readings shrink by ``share`` where the generator puts out ``top`` [V] either way: one supply feeds both."""
+    before = np.concatenate([[0.0], scene.u[:-1]])
+    return y * (1.0 - scene.values["share"] * np.abs(before) / scene.values["top"])
+
+
+def wandering_hold(v: Array, scene: Scene) -> Array:
+    """Let w walk at random inside the gap, ``sd`` [V] in a second: what holds it there gathers noise."""
+    step_v = scene.values["sd"] * np.sqrt(scene.grid.step_s) * scene.rng_of_run.normal(size=v.size)
+    return _pushed_about(*borders(v, scene.rig), step_v)
+
+
+@njit(cache=True)
+def _pushed_about(lower, upper, step):  # type: ignore[no-untyped-def]  # compiled
+    """Return what moves by a step of its own between two borders, which keep it in."""
+    out = np.empty(lower.size)
+    w = 0.0
+    for n in range(lower.size):
+        w = min(upper[n], max(lower[n], w + step[n]))
+        out[n] = w
+    return out
+
+
 OUTSIDE: dict[str, tuple[Place, Change]] = {
     "reference_ripple": ("drive", reference_ripple),
     "source_line": ("drive", source_line),
@@ -279,4 +307,7 @@ OUTSIDE: dict[str, tuple[Place, Change]] = {
     "wavy_adc": ("y", wavy_adc),
     "dead_dac": ("dac", dead_dac),
     "jitter": ("y", jitter),
+    "noisy_reference": ("y", noisy_reference),
+    "shared_supply": ("y", shared_supply),
+    "wandering_hold": ("play", wandering_hold),
 }

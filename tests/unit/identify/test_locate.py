@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from identify.chain import signals
 from identify.effects import chain_of
 from identify.evidence import Evidence
 from identify.explain.bench import Bench
+from identify.explain.contact import still
 from identify.explain.corrections import ripple_hz
 from identify.explain.locate import LAST, Located, ended, located, raced
 from identify.explain.moments import where
@@ -83,6 +85,22 @@ def test_what_comes_back_with_the_stimulus_is_told_from_what_does_not(comes_back
     assert where(evidence) == Place.SENSE
 
 
+def test_what_is_gone_where_f_stands_at_a_border_is_of_its_memory() -> None:
+    """A capacitor that gathers noise while nothing holds it: w wanders inside the gap, and is reset by a border."""
+    chain, twice = chain_of(model_of(OP_AMP)), sine("wave", 2.0, 3.4, 2, 2)
+    trace = recorded(OP_AMP, twice, (), 0.0, 1, 0.0, 8)
+    inside = still(chain, signals(chain, trace), trace)
+    walked = np.cumsum(np.random.default_rng(5).normal(0.0, 0.01, trace.size))
+    reset = walked[np.maximum.accumulate(np.where(inside, 0, np.arange(trace.size)))]
+    steps = tuple(Step(s.label, s.kind, s.start, s.stop, s.repeat) for s in twice.segments)
+    noise = np.random.default_rng(6).normal(0.0, NOISE_V, trace.size)
+    for wanders, place in ((walked - reset, Place.F), (walked, Place.SENSE)):
+        seen = observed(replace(trace, y=trace.y + wanders + noise, steps=steps), NOISE_V, 1)
+        there = replace(bench(), observations=(seen,))
+        evidence = Evidence(there.fitted(there.plain, (), 0).fit, there.observations)
+        assert where(evidence) == place
+
+
 def test_what_wanders_slowly_below_the_noise_is_seen_in_means() -> None:
     """No single reading shows a jump of a third of the noise; means of a hundred do."""
     long = staircase("walk", FIG13_LEVELS_V, 0.2, 2)
@@ -96,7 +114,8 @@ def test_what_wanders_slowly_below_the_noise_is_seen_in_means() -> None:
         assert abs(unrepeated(told.base.fit.chain, there.observations) - wanders) < 0.25
         assert told.significant == bool(wanders)
         assert not wanders or told.best.place == Place.SENSE
-        assert not wanders or set(told.places) == {Place.SENSE, Place.G2}  # what G2 puts out is what is read
+        # What G2 puts out is what is read, and what is slow passes G2 as it is.
+        assert not wanders or set(told.places) == {Place.SENSE, Place.G2, Place.F}
 
 
 def test_a_line_is_told_at_its_own_frequency_and_stands_where_it_explains_most_in_every_run() -> None:

@@ -1,0 +1,129 @@
+"""Is noise told that goes with the level, the rate or the clock, weighed as it is, and nothing else taken for it?"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from identify.chain import plain_chain, simulate
+from identify.colour import Colour, Sizes, whitening
+from identify.explain.explain import explain
+from identify.readings.mend import mended
+from identify.readings.uneven_noise import OverClock, OverLevel, OverRate, uneven_noise
+from tests.proof.rigs import OP_AMP
+from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
+from tests.trials import model_of, recorded
+
+NOISE_V = OP_AMP.noise_v
+CHAIN = plain_chain(model_of(OP_AMP))
+QUIET = [
+    recorded(OP_AMP, stimulus, (), 0.0, 0, 3.0 * i, 8)
+    for i, stimulus in enumerate((
+        staircase("stairs", FIG13_LEVELS_V, 0.05, 2), sine("wave", 10.0, 3.4, 20, 2), sine("kept", 12.5, 3.1, 20, 2),
+    ))
+]  # fmt: skip
+TOP_V = max(float(np.max(np.abs(trace.y))) for trace in QUIET)
+
+
+def even(trace):
+    return np.ones(trace.size)
+
+
+def by_level(trace):
+    return 1.0 + np.abs(trace.y) / TOP_V
+
+
+def by_rate(trace):
+    rate = np.abs(np.gradient(trace.y))
+    return 1.0 + 2.0 * rate / np.max(rate)
+
+
+def by_clock(trace):
+    return 1.0 + (trace.start_s + np.arange(trace.size) / trace.rate_hz > 4.0)
+
+
+def scattered(size, seed=0):
+    """Return recordings of which every reading scatters ``size`` times the noise."""
+    rng = np.random.default_rng(seed)
+    return [replace(t, y=t.y + NOISE_V * size(t) * rng.normal(size=t.size)) for t in QUIET]
+
+
+def told(traces):
+    left = [(trace, trace.y - simulate(CHAIN, trace, 8)) for trace in traces]
+    return uneven_noise(left[:2], left[2:])
+
+
+@pytest.mark.parametrize(("size", "kind"), [(by_level, OverLevel), (by_rate, OverRate), (by_clock, OverClock)])
+def test_noise_is_told_with_what_it_goes_and_how_large_it_is_there(size, kind):
+    traces = scattered(size)
+    noise = told(traces)
+    assert isinstance(noise.blemish, kind)
+    assert noise.blemish.p_value < 1e-6
+    for trace, quiet in zip(traces, QUIET, strict=True):
+        ratio = noise.of(trace) / (NOISE_V * size(quiet))
+        assert np.quantile(np.abs(np.log(ratio)), 0.95) < 0.2
+    most = noise.blemish.values["most"]
+    assert most.low < most.value < most.high
+    low, high, share = noise.blemish.span
+    assert low < high
+    assert 0.2 < share <= 1.0
+
+
+def test_even_noise_is_even():
+    assert [told(scattered(even, seed)) for seed in range(5)] == [None] * 5
+
+
+def test_what_comes_through_g2_is_no_noise_of_the_reading():
+    """As large where the reading moves, but each reading near the one before: physics, which may be missing."""
+    rng = np.random.default_rng(1)
+    smooth = [
+        replace(t, y=t.y + 40.0 * NOISE_V * by_rate(t) * lfilter([0.02], [1.0, -0.98], rng.normal(size=t.size)))
+        for t in scattered(even)
+    ]
+    assert told(smooth) is None
+
+
+def test_what_is_not_so_in_readings_kept_back_is_not_told():
+    fitted, kept = scattered(by_level), scattered(even)
+    assert told([*fitted[:2], kept[2]]) is None
+
+
+def test_coarse_steps_of_an_adc_make_scatter_of_their_own():
+    step_v = 2.0 * NOISE_V
+    assert told([replace(t, y=step_v * np.round(t.y / step_v)) for t in scattered(even)]) is None
+
+
+def test_readings_are_weighed_as_they_scatter_piece_by_piece_as_in_one():
+    sizes, use = np.linspace(0.5, 2.0, 60), np.arange(60) % 7 > 0
+    colour, values = Colour(sizes=Sizes(sizes)), np.random.default_rng(1).normal(size=(60, 2))
+    whole, pieces = whitening(colour)(values, use), whitening(colour)
+    assert np.allclose(whole, values[use] / sizes[use, None])
+    assert np.allclose(whole, np.concatenate([pieces(values[:25], use[:25]), pieces(values[25:], use[25:])]))
+    assert np.allclose(whole[:, 0], whitening(colour)(values[:, 0], use))
+    assert not colour.white
+    assert colour.of_one_run
+
+
+def test_outliers_of_noise_that_goes_with_the_level_are_no_spikes():
+    """They were, at the level at which the noise is largest."""
+    traces = scattered(lambda t: 0.3 + 2.0 * np.square(t.y / TOP_V))
+    seen = mended(CHAIN, traces[:2], traces[2:], NOISE_V)
+    assert [blemish.id for blemish in seen.found] == []
+    assert isinstance(seen.noise.blemish, OverLevel)
+    assert seen.noise.evened(traces[0], noise := traces[0].y - QUIET[0].y).shape == noise.shape
+    assert mended(CHAIN, traces[:2], traces[2:], NOISE_V, ("unnamed", "missing_samples")).noise is None
+
+
+def test_an_answer_places_it_at_the_sense_and_gives_it_no_name():
+    traces = scattered(by_level)
+    answer = explain(model_of(OP_AMP), traces[:2], traces[2:])
+    assert answer.verdict == "unexplained"
+    assert answer.location.stage == "sense"
+    assert answer.location.where[0].axis == "level of y"
+    assert [(finding.id, finding.stage, finding.form) for finding in answer.effects] == [
+        ("unnamed", "sense", "uneven noise")
+    ]
+    assert "goes with the level of the reading" in answer.sentence
+    assert answer.p_value < 1e-6
+    assert answer.held_out.residuals.after_v == pytest.approx(answer.noise.rms_v, rel=0.05)
