@@ -114,7 +114,8 @@ def _memories(evidence: Evidence, name: str) -> Iterator[Correction]:
     for place in Hysteresis.places:
         low, high = evidence.range(place)
         yield Hysteresis(place, tuple(share * max(high - low, 1e-9) for share in GAPS), name)
-        yield Relays(place, tuple(share * max(high, -low, 1e-9) for share in THRESHOLDS), name)
+        if place in Relays.places:
+            yield Relays(place, tuple(share * max(high, -low, 1e-9) for share in THRESHOLDS), name)
     yield Plateau(Place.F, level_knots(evidence, Place.F, 5), name)
 
 

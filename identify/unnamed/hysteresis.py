@@ -20,7 +20,7 @@ class Hysteresis(Correction):
     quick = True
     knot_unit = "V"
     weights = (("weight", "V/V"),)
-    places = (Place.G1, Place.F, Place.SENSE)
+    places = (Place.SOURCE, Place.G1, Place.F, Place.SENSE)
     curved = False
     least = 1
 

@@ -72,6 +72,14 @@ def test_a_bent_border_is_located_at_f_and_proven_on_another_run() -> None:
     assert shares[2].p_value < 1e-9
 
 
+def test_a_supply_that_generator_and_adc_share_is_a_gain_that_goes_with_u() -> None:
+    """It was a path past the gap at F: what goes with u, added to the reading or to v, is nearly that."""
+    told = found(bench(Concealed("shared_supply", {"share": 0.02, "top": 10.0})))
+    assert (told.best.place, told.best.form) == (Place.SENSE, "gain over the source")
+    assert told.share > 0.9
+    assert set(told.places) >= {Place.SENSE, Place.G2}
+
+
 @pytest.mark.parametrize("comes_back", [True, False])
 def test_what_comes_back_with_the_stimulus_is_told_from_what_does_not(comes_back: bool) -> None:
     twice = staircase("walk", FIG13_LEVELS_V, 0.02, 2)

@@ -70,3 +70,26 @@ def test_a_ripple_of_the_adc_s_reference_goes_with_the_reading_and_the_clock() -
     y = np.full(GRID.samples, 2.0)
     out = outside.adc_ripple(y, scene(share=0.1, frequency=70.0))
     assert np.allclose(out, 2.0 + 0.2 * np.sin(2.0 * np.pi * 70.0 * (12.0 + GRID.sample_s)))
+
+
+def test_a_noisy_reference_scatters_what_it_multiplies() -> None:
+    y = np.repeat([0.0, 2.0, -8.0], 20_000)
+    out = outside.noisy_reference(y, scene(sd=0.01)) - y
+    assert np.all(out[:20_000] == 0.0)
+    assert [np.std(part) for part in np.split(out, 3)[1:]] == pytest.approx([0.02, 0.08], rel=0.03)
+
+
+def test_a_shared_supply_takes_its_share_with_u_of_the_sample_before() -> None:
+    u = np.array([0.0, 5.0, -10.0, 0.0])
+    seen = Scene(GRID, OP_AMP, u, {"share": 0.1, "top": 10.0}, seed=5)
+    assert outside.shared_supply(np.full(4, 2.0), seen).tolist() == pytest.approx([2.0, 2.0, 1.9, 1.8])
+
+
+def test_a_hold_wanders_inside_the_gap_and_no_border_lets_it_out() -> None:
+    v = 1.2 * OP_AMP.d_l_v * np.sin(2.0 * np.pi * 5.0 * T)
+    w, ideal = (outside.wandering_hold(v, scene(sd=sd)) for sd in (0.5, 0.0))
+    assert np.allclose(ideal, ideal_play(v, scene()))
+    lower, upper = OP_AMP.s_l * (v - OP_AMP.d_l_v), OP_AMP.s_u * (v - OP_AMP.d_u_v)
+    assert np.all((w >= lower - 1e-12) & (w <= upper + 1e-12))
+    first = T < 0.02  # before any border is met
+    assert np.std(np.diff(w[first])) == pytest.approx(0.5 * np.sqrt(GRID.step_s), rel=0.2)
