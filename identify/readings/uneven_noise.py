@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import ClassVar, final
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 from scipy.stats import chi2, norm
 
@@ -25,8 +26,8 @@ from identify.unnamed.correction import UNNAMED
 WITHIN = 17  # readings whose mean is the level
 # Shares of all values at the ends of stretches of a coordinate: finer towards its ends, where few readings may move
 # much faster, or stand much higher, than most. LEAST values make a stretch.
-SHARES = np.sort(np.concatenate([2.0 ** -np.arange(3, 10), 1.0 - 2.0 ** -np.arange(3, 10), np.linspace(0.25, 0.75, 5)]))
-LEAST, LASTING = 300, 1000  # values; those in a row that make a stretch of the clock
+SHARES = np.sort([*np.linspace(0.0, 1.0, 33), *(2.0 ** -np.arange(6, 10)), *(1.0 - 2.0 ** -np.arange(6, 10))])
+LEAST, LASTING, FEW = 300, 1000, 8  # values; those in a row that make a stretch of the clock; stretches at least
 TO_SD = 1.0 / float(norm.ppf(0.75))  # a median of sizes as a standard deviation
 # Of second differences, which share readings, so many independent values would tell as much: by the squares of their
 # correlations.
@@ -34,10 +35,12 @@ SHARE = 1.0 / (1.0 + 2.0 * ((2.0 / 3.0) ** 2 + (1.0 / 6.0) ** 2))
 MEDIANS = 0.37  # what a median tells of a Gaussian spread, over what the squares do
 FAR_OUT = 4.0  # sd
 APART = 20  # values in a row, of which the first and the last share readings with others
-CONVINCING, CONFIRMING = 60.0, 10.0  # twice the gain of the log-likelihood, here and on readings kept back
-MATERIAL = 1.2  # times the least scatter that the largest must be: less moves no odds
+CONVINCING = 1e-6  # probability of as much by chance
+CONFIRMING = 10.0  # twice the gain of the log-likelihood on readings kept back
+MATERIAL = 0.01  # of that an independent value: sd that differ by a twentieth; less moves no odds
 COARSE = 0.5  # of the noise: wider steps of the ADC make scatter of their own
 WHITE, ABOUT = -2.0 / 3.0, 0.1  # correlation of neighbouring second differences of white noise, and how near is near
+Samples = NDArray[np.intp]  # numbers of values
 Left = tuple[Trace, Array]  # a recording and what a model leaves of its readings, V, shape (N,)
 
 
@@ -58,7 +61,7 @@ class UnevenNoise(Blemish):
     @staticmethod
     def edges(where: Array) -> Array:
         """Return the ends of the stretches of it in each of which one sd is told, from where there are values."""
-        return np.unique(np.quantile(where, [0.0, *SHARES, 1.0]))
+        return np.unique(np.quantile(where, SHARES))
 
 
 def _level(trace: Trace) -> Array:
@@ -172,21 +175,22 @@ def uneven_noise(training: Sequence[Left], proof: Sequence[Left]) -> Uneven | No
     """
     step_v = grid_step_v([trace for trace, _ in (*training, *proof)])
     seen, kept, every = (_scatter(runs) for runs in (training, proof, (*training, *proof)))
-    if seen.values.size < SHARES.size * LEAST or step_v > COARSE * _sd(seen.values):
+    if seen.values.size < FEW * LEAST or step_v > COARSE * _sd(seen.values):
         return None
     by_clock = every.part(0), every.part(1)
     asked = ((OverLevel, seen, kept), (OverRate, seen, kept), (OverClock, *by_clock))
     told, seen, kept = max(((_told(a, kind), a, b) for kind, a, b in asked), key=lambda each: each[0][0])
     gain, kind, knots, sd_v = told
+    p_value = min(len(KINDS) * float(chi2.sf(gain, max(sd_v.size - 1, 1))), 1.0)
     here = np.interp(seen.at[kind], knots, sd_v)
-    if gain < CONVINCING or np.max(sd_v) < MATERIAL * np.min(sd_v) or not _is_new(seen, here > np.mean(here)):
+    enough = p_value < CONVINCING and gain > MATERIAL * SHARE * here.size
+    if not enough or not _is_new(seen, here > np.mean(here)):
         return None
     if kept.values.size >= LEAST and _gain(kept, np.interp(kept.at[kind], knots, sd_v)) < CONFIRMING:
         return None
     doubt = 1.96 / float(np.sqrt(2.0 * SHARE * MEDIANS * seen.values.size / sd_v.size))
     ends = {"least": float(np.min(sd_v)), "most": float(np.max(sd_v))}
     values = {name: Interval(v, v * (1.0 - doubt), v * (1.0 + doubt)) for name, v in ends.items()}
-    p_value = min(len(KINDS) * float(chi2.sf(gain, sd_v.size - 1)), 1.0)
     return Uneven(kind(values, p_value, span=_span(seen, kind, knots, sd_v)), knots, sd_v)
 
 
@@ -222,13 +226,28 @@ def _told(seen: _Scatter, kind: type[UnevenNoise]) -> tuple[float, type[UnevenNo
     """Return what speaks for noise that goes with one thing, that, knots of it and the sd there, V."""
     where = seen.at[kind]
     order = np.argsort(where, kind="stable")
-    cuts = np.searchsorted(where[order], kind.edges(where)[1:-1], side="right")
-    bins = [each for each in np.split(order, cuts) if each.size >= LEAST]
+    bins = _joined(np.split(order, np.searchsorted(where[order], kind.edges(where)[1:-1], side="right")))
     knots = np.array([float(np.median(where[each])) for each in bins])
-    sd_v = np.array([_sd(seen.values[each]) for each in bins])
+    sd_v = np.array([_rms(seen.values[each]) for each in bins])
     if len(bins) < 2 or not np.all(sd_v > 0.0) or not np.all(np.diff(knots) > 0.0):
         return 0.0, kind, np.zeros(1), np.ones(1)
     return _gain(seen, np.interp(where, knots, sd_v)), kind, knots, sd_v
+
+
+def _joined(parts: Sequence[Samples]) -> list[Samples]:
+    """Return parts in a row of which each that is too small to tell an sd is joined to the next, or else the last."""
+    found: list[Samples] = []
+    for part in parts:
+        found = [*found[:-1], np.concatenate((found[-1], part))] if found and found[-1].size < LEAST else [*found, part]
+    if len(found) > 1 and found[-1].size < LEAST:
+        found[-2:] = [np.concatenate(found[-2:])]
+    return found
+
+
+def _rms(values: Array) -> float:
+    """Return the rms of values of which those far out count as ``FAR_OUT`` sd away."""
+    far_v = FAR_OUT * _sd(values)
+    return float(np.sqrt(np.mean(np.square(np.clip(values, -far_v, far_v)))))
 
 
 def _gain(seen: _Scatter, sd_v: Array) -> float:

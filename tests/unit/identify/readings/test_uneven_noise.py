@@ -24,6 +24,7 @@ QUIET = [
     ))
 ]  # fmt: skip
 TOP_V = max(float(np.max(np.abs(trace.y))) for trace in QUIET)
+TOP_RATE = max(float(np.max(np.abs(np.gradient(trace.y)))) for trace in QUIET)
 
 
 def even(trace):
@@ -35,8 +36,7 @@ def by_level(trace):
 
 
 def by_rate(trace):
-    rate = np.abs(np.gradient(trace.y))
-    return 1.0 + 2.0 * rate / np.max(rate)
+    return 1.0 + 2.0 * np.abs(np.gradient(trace.y)) / TOP_RATE
 
 
 def by_clock(trace):
@@ -63,6 +63,7 @@ def test_noise_is_told_with_what_it_goes_and_how_large_it_is_there(size, kind):
     for trace, quiet in zip(traces, QUIET, strict=True):
         ratio = noise.of(trace) / (NOISE_V * size(quiet))
         assert np.quantile(np.abs(np.log(ratio)), 0.95) < 0.2
+        assert np.sqrt(np.mean(np.square(ratio))) == pytest.approx(1.0, abs=0.03)
     most = noise.blemish.values["most"]
     assert most.low < most.value < most.high
     low, high, share = noise.blemish.span
