@@ -43,6 +43,7 @@ from tests.proof.trial import Key, drawn
 from tests.trials import model_of, recorded
 
 NOISE_V = OP_AMP.noise_v
+SPIKED = {"rate": 20.0, "size": 0.2}
 STAIRS = staircase("stairs", FIG13_LEVELS_V, 0.05, 2)
 SINE = sine("sine", 10.0, 3.4, 5, 2)
 CHAIN = plain_chain(model_of(OP_AMP))
@@ -407,6 +408,14 @@ def test_a_run_that_begins_amid_noise_is_white_from_its_first_reading_on(sd_v, s
     assert np.mean(np.square(begins)) == pytest.approx(1.0, abs=0.1)
     levels = np.mean(np.array(begins).reshape(40, 10, 200), axis=2) * np.sqrt(200.0)
     assert np.mean(np.square(levels)) < 2.0
+
+
+def test_where_readings_wander_from_one_to_the_next_none_is_thrown_off():
+    """About a median that is mostly the reading itself all others seem far: 486 spikes beside noise at the gap."""
+    wanders, thrown = Concealed("process_noise", {"sd": 0.3, "bandwidth": 3000.0}), Concealed("spikes", SPIKED)
+    for physics, found in (((wanders,), 0), ((thrown,), 1)):
+        trace = recording(*physics)
+        assert len(spikes([outliers(trace, noise_of(trace))], [])[0]) == found
 
 
 def test_steps_of_the_adc_are_told_when_they_matter_against_the_noise():
