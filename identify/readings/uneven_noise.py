@@ -32,7 +32,6 @@ TO_SD = 1.0 / float(norm.ppf(0.75))  # a median of sizes as a standard deviation
 # Of second differences, which share readings, so many independent values would tell as much: by the squares of their
 # correlations.
 SHARE = 1.0 / (1.0 + 2.0 * ((2.0 / 3.0) ** 2 + (1.0 / 6.0) ** 2))
-MEDIANS = 0.37  # what a median tells of a Gaussian spread, over what the squares do
 FAR_OUT = 4.0  # sd
 APART = 20  # values in a row, of which the first and the last share readings with others
 CONVINCING = 1e-6  # probability of as much by chance
@@ -168,6 +167,29 @@ class _Scatter:
         return _Scatter(self.values[use], self.before[use], {kind: each[use] for kind, each in self.at.items()})
 
 
+@dataclass(frozen=True)
+class _Told:
+    """What speaks for noise that goes with one thing: knots of that, the sd there, V, and how many values tell each."""
+
+    gain: float
+    kind: type[UnevenNoise]
+    knots: Array
+    sd_v: Array
+    count: Array
+
+    @property
+    def ends(self) -> dict[str, Interval]:
+        """Return the least and the largest sd, V."""
+        doubt = 1.96 / np.sqrt(2.0 * SHARE * self.count)
+        at = {"least": int(np.argmin(self.sd_v)), "most": int(np.argmax(self.sd_v))}
+        ends = {name: self.sd_v[i] * np.array([1.0, 1.0 - doubt[i], 1.0 + doubt[i]]) for name, i in at.items()}
+        return {name: Interval(*map(float, three)) for name, three in ends.items()}
+
+    def at(self, seen: _Scatter) -> Array:
+        """Return the sd of values where they were read, V."""
+        return np.asarray(np.interp(seen.at[self.kind], self.knots, self.sd_v))
+
+
 def uneven_noise(training: Sequence[Left], proof: Sequence[Left]) -> Uneven | None:
     """Return the noise where it is uneven beyond doubt, and that holds on readings kept back; None where it is not.
 
@@ -179,25 +201,22 @@ def uneven_noise(training: Sequence[Left], proof: Sequence[Left]) -> Uneven | No
         return None
     by_clock = every.part(0), every.part(1)
     asked = ((OverLevel, seen, kept), (OverRate, seen, kept), (OverClock, *by_clock))
-    told, seen, kept = max(((_told(a, kind), a, b) for kind, a, b in asked), key=lambda each: each[0][0])
-    gain, kind, knots, sd_v = told
-    p_value = min(len(KINDS) * float(chi2.sf(gain, max(sd_v.size - 1, 1))), 1.0)
-    here = np.interp(seen.at[kind], knots, sd_v)
-    enough = p_value < CONVINCING and gain > MATERIAL * SHARE * here.size
+    told, seen, kept = max(((_told(a, kind), a, b) for kind, a, b in asked), key=lambda each: each[0].gain)
+    here = told.at(seen)
+    p_value = min(len(KINDS) * float(chi2.sf(told.gain, max(told.sd_v.size - 1, 1))), 1.0)
+    enough = p_value < CONVINCING and told.gain > MATERIAL * SHARE * here.size
     if not enough or not _is_new(seen, here > np.mean(here)):
         return None
-    if kept.values.size >= LEAST and _gain(kept, np.interp(kept.at[kind], knots, sd_v)) < CONFIRMING:
+    if kept.values.size >= LEAST and _gain(kept, told.at(kept)) < CONFIRMING:
         return None
-    doubt = 1.96 / float(np.sqrt(2.0 * SHARE * MEDIANS * seen.values.size / sd_v.size))
-    ends = {"least": float(np.min(sd_v)), "most": float(np.max(sd_v))}
-    values = {name: Interval(v, v * (1.0 - doubt), v * (1.0 + doubt)) for name, v in ends.items()}
-    return Uneven(kind(values, p_value, span=_span(seen, kind, knots, sd_v)), knots, sd_v)
+    blemish = told.kind(told.ends, p_value, span=_span(seen.at[told.kind], told))
+    return Uneven(blemish, told.knots, told.sd_v)
 
 
-def _span(seen: _Scatter, kind: type[UnevenNoise], knots: Array, sd_v: Array) -> tuple[float, float, float]:
+def _span(where: Array, told: _Told) -> tuple[float, float, float]:
     """Return the ends of where readings scatter more than their middle, and which share of all scatter is there."""
-    where, more = seen.at[kind], knots[sd_v > np.sqrt(np.min(sd_v) * np.max(sd_v))]
-    power = np.square(np.interp(where, knots, sd_v))
+    knots, sd_v = told.knots, told.sd_v
+    more, power = knots[sd_v > np.sqrt(np.min(sd_v) * np.max(sd_v))], np.square(np.interp(where, knots, sd_v))
     low, high = (float(end) for end in (np.min(more), np.max(more)))
     low, high = float(np.min(where)) if low == knots[0] else low, float(np.max(where)) if high == knots[-1] else high
     return low, high, float(np.sum(power, where=(where >= low) & (where <= high)) / np.sum(power))
@@ -222,16 +241,16 @@ def _sd(values: Array) -> float:
     return TO_SD * float(np.median(np.abs(values))) if values.size else 0.0
 
 
-def _told(seen: _Scatter, kind: type[UnevenNoise]) -> tuple[float, type[UnevenNoise], Array, Array]:
-    """Return what speaks for noise that goes with one thing, that, knots of it and the sd there, V."""
+def _told(seen: _Scatter, kind: type[UnevenNoise]) -> _Told:
+    """Return what speaks for noise that goes with one thing; nothing where it cannot be told so."""
     where = seen.at[kind]
     order = np.argsort(where, kind="stable")
     bins = _joined(np.split(order, np.searchsorted(where[order], kind.edges(where)[1:-1], side="right")))
     knots = np.array([float(np.median(where[each])) for each in bins])
     sd_v = np.array([_rms(seen.values[each]) for each in bins])
-    if len(bins) < 2 or not np.all(sd_v > 0.0) or not np.all(np.diff(knots) > 0.0):
-        return 0.0, kind, np.zeros(1), np.ones(1)
-    return _gain(seen, np.interp(where, knots, sd_v)), kind, knots, sd_v
+    rises = bool(np.all(sd_v > 0.0) and np.all(np.diff(knots) > 0.0))
+    gain = _gain(seen, np.interp(where, knots, sd_v)) if rises else 0.0
+    return _Told(gain, kind, knots, sd_v, np.array([each.size for each in bins]))
 
 
 def _joined(parts: Sequence[Samples]) -> list[Samples]:
@@ -255,8 +274,9 @@ def _gain(seen: _Scatter, sd_v: Array) -> float:
 
     Either is as large as it is in these readings; what lies far out counts as ``FAR_OUT`` away.
     """
-    own = _sd(seen.values / sd_v) * sd_v
-    one = np.full(own.size, _sd(seen.values))
+    own, one = _sd(seen.values / sd_v) * sd_v, np.full(sd_v.size, _sd(seen.values))
+    if not own.all() or not one.all():  # most of them are the same
+        return 0.0
     costs = [2.0 * np.log(sd) + np.square(np.minimum(np.abs(seen.values / sd), FAR_OUT)) for sd in (one, own)]
     return SHARE * float(np.sum(costs[0] - costs[1]))
 
