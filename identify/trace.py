@@ -163,6 +163,11 @@ class Trace(Seen):
         """Return the number of samples."""
         return int(self.u.size)
 
+    @property
+    def clock_s(self) -> Array:
+        """Return the clock at every sample, s, shape (N,)."""
+        return np.asarray(self.start_s + np.arange(self.size) / self.rate_hz)
+
     def glance(self) -> Glance:
         """Return how long it is, what was played, what is missing."""
         length = f"{self.size} samples at {shown(self.rate_hz, 'Hz')}, {shown(self.size / self.rate_hz, 's')}"

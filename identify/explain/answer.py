@@ -254,7 +254,7 @@ class Answer:
         times = f"{self.before_v / self.noise_v:.3g} times the noise"
         if self.verdict == "consistent":
             return "Simulation and recordings agree to the noise: nothing is missing from the model."
-        names = listed([called(f) for f in findings])
+        names = listed([called(f) for f in findings if f.id != UNNAMED])
         after = f"{self.after_v / self.noise_v:.3g} times"
         if self.verdict == "explained":
             return f"The mismatch is explained by {names}: the held-out residual falls from {times} to {after}."

@@ -45,6 +45,11 @@ def _tap_of_w(chain: Chain) -> int:
 def forgetting(chain: Chain, observation: Observation, settled: int) -> Mask:
     """Return where w has stood at a border for ``settled`` samples: what it remembered has passed."""
     trace = observation.trace
-    inside = still(chain, signals(chain, trace), trace)
-    last = np.maximum.accumulate(np.where(inside, np.arange(inside.size), -settled))
-    return np.asarray(np.arange(inside.size) - last >= settled)
+    return np.asarray(age(~still(chain, signals(chain, trace), trace)) >= settled)
+
+
+def age(holds: Mask) -> Array:
+    """Return for how many samples something has held at every sample, shape (N,)."""
+    index = np.arange(holds.size)
+    last = np.maximum.accumulate(np.where(holds, -1, index))
+    return np.asarray(index - np.maximum(last, 0), dtype=np.float64)

@@ -33,7 +33,6 @@ from identify.stage import Place
 from identify.starts.orders import valued
 from identify.starts.start import stabilised
 from identify.trace import Trace, intersample_of
-from identify.unnamed.correction import UNNAMED
 
 MUCH = 1.0  # misfit of a plain fit from which it may be a wrong one
 
@@ -143,11 +142,9 @@ def _looked_again(
     if before - after:  # what only the plain model showed in the readings is none of theirs: it is not looked for
         return reading, replace(look, leave_out=(*look.leave_out, *(before - after)))
     left = kept.beyond.significant or kept.hypothesis.swell > 1.0
-    hidden = after - before
-    unsure = hidden - {UNNAMED} if left else set()  # what is unexplained, or made by chance, looks like blemishes, too
-    if unsure:
-        reading = replace(reading, found=tuple(b for b in reading.found if b.id not in unsure))
-    if look.against is None and (hidden - unsure or (not unsure and counts_another(readings, reading))):
+    if after - before and left:  # what is unexplained, or made by chance, looks like blemishes, too
+        reading = replace(reading, found=tuple(b for b in reading.found if b.id not in after - before))
+    elif look.against is None and (after - before or counts_another(readings, reading)):
         return reading, replace(look, against=improved)  # what the mismatch had hidden or shown wrongly
     return reading, None
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from identify.chain import Chain
+from identify.colour import Colour
 from identify.effects.effect import Effect
 from identify.explain.bench import Bench
 from identify.explain.hypothesis import Hypothesis
@@ -129,8 +130,9 @@ def _looked(
     chain: Chain, recorded: Mended, noise_v: float, leave_out: Sequence[str], fitted: Callable[[Mended], Chain]
 ) -> tuple[Mended, Mended]:
     """Return what close looks show beside a chain ``fitted`` again without what rough ones show, and what those do."""
-    runs, seen = (recorded.training, recorded.proof), recorded
+    runs = recorded.training, recorded.proof
     rough = mended(chain, *runs, noise_v, leave_out, rough=True)
+    seen = replace(recorded, noise=rough.noise)
     for _ in range(LOOKS):
         if not rough.found or seen.found:
             break
@@ -151,21 +153,21 @@ def _whitened(data: Split, seen: Mended, settle_s: float, look: Look) -> tuple[S
         noise = left or coloured_noise(seen.training, seen.proof, settle_s)  # repeats are few, what is left is all
     if noise is None:
         return _evened(data, seen.noise) if seen.noise else (data, ())
-    train, test = (
-        tuple(replace(o, noise_v=noise.rms_v, colour=noise.colour(o.trace)) for o in part)
-        for part in (data.train, data.test)
-    )
-    return replace(data, train=train, test=test, noise=replace(data.noise, rms_v=noise.rms_v)), (noise.blemish,)
+    return _weighed(data, noise.rms_v, noise.rms_v, noise.colour), (noise.blemish,)
 
 
 def _evened(data: Split, noise: Uneven) -> tuple[Split, tuple[Blemish, ...]]:
     """Return the data weighed as every reading scatters, the noise that of those held out, and what tells of that."""
     rms_v, held_out_v = (pooled_rms(noise.of(o.trace)[o.use] for o in part) for part in (data.train, data.test))
+    return _weighed(data, rms_v, held_out_v, partial(noise.colour, rms_v=rms_v)), (noise.blemish,)
+
+
+def _weighed(data: Split, noise_v: float, told_v: float, colour: Callable[[Trace], Colour]) -> Split:
+    """Return the data weighed by the colour of each recording, ``told_v`` the noise that an answer is held against."""
     train, test = (
-        tuple(replace(o, noise_v=rms_v, colour=noise.colour(o.trace, rms_v)) for o in part)
-        for part in (data.train, data.test)
+        tuple(replace(o, noise_v=noise_v, colour=colour(o.trace)) for o in part) for part in (data.train, data.test)
     )
-    return replace(data, train=train, test=test, noise=replace(data.noise, rms_v=held_out_v)), (noise.blemish,)
+    return replace(data, train=train, test=test, noise=replace(data.noise, rms_v=told_v))
 
 
 def suspected(readings: Readings, leave_out: Sequence[str]) -> float:

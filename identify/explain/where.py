@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from identify.chain import Chain, signals
-from identify.explain.contact import still, tap
+from identify.explain.contact import age, still, tap
 from identify.explain.explanation import Profile, Range
 from identify.observe import Observation
 from identify.stage import Place
@@ -23,20 +23,15 @@ UNITS |= {f"rate of {signal}": "V/s" for signal in "uvwxy"}
 def coordinate(axis: str, chain: Chain, observation: Observation) -> Array:
     """Return the coordinate of every sample along an axis of time or level, shape (N,)."""
     trace = observation.trace
-    if axis in ("clock time", "time in a run"):
-        return (trace.start_s if axis == "clock time" else 0.0) + np.arange(trace.size) / trace.rate_hz
+    if axis == "clock time":
+        return trace.clock_s
+    if axis == "time in a run":
+        return np.arange(trace.size) / trace.rate_hz
     taps = signals(chain, trace)
     if axis == "time on a plateau":
-        return _age(still(chain, taps, trace)) / trace.rate_hz
+        return age(still(chain, taps, trace)) / trace.rate_hz
     level = trace.u[:] if axis.endswith("u") else tap(chain, taps, axis[-1])
     return np.diff(level, prepend=level[:1]) * trace.rate_hz if axis.startswith("rate of") else level
-
-
-def _age(still: np.ndarray) -> Array:
-    """Return how many samples each sample has been still."""
-    index = np.arange(still.size)
-    last = np.maximum.accumulate(np.where(still, -1, index))
-    return np.asarray(index - np.maximum(last, 0), dtype=np.float64)
 
 
 def acting(

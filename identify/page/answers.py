@@ -64,12 +64,6 @@ def joined(observations: Sequence[Observation]) -> tuple[Observation, ...]:
     return tuple(whole.values())
 
 
-def times(observation: Observation) -> Array:
-    """Return the clock at every sample of a run, s."""
-    trace = observation.trace
-    return np.asarray(trace.start_s + np.arange(trace.size) / trace.rate_hz)
-
-
 def worst(residual: Array) -> slice:
     """Return the stretch in which a residual is largest, samples."""
     size = _stretch(residual.size)

@@ -8,7 +8,7 @@ import numpy as np
 
 from identify.natural_units import prefix_of, shown
 from identify.observe import Observation, rms
-from identify.page.answers import Answer, cut, liveliest, times, worst
+from identify.page.answers import Answer, cut, liveliest, worst
 from identify.page.drawing import EDGE, PALE, RECORDED, Panel, Picture, draw_signal, legend_above, logarithmic
 from identify.page.thinned import longest_stretch, noise_reach
 from identify.trace import Array
@@ -29,7 +29,7 @@ def glance(answers: Sequence[Answer], kind: str = "") -> Picture | None:
         return None
     row, part, off = found
     run = answers[0].observations[row]
-    name, time = run.trace.name, times(run)[part]
+    name, time = run.trace.name, run.trace.clock_s[part]
     why = f"{answers[0].label.capitalize()} and recording differ most here" if off else "Here the recording moves most"
     of = f"{name} ({kind})" if kind else name
     return Picture(
@@ -67,7 +67,7 @@ def overlay(answers: Sequence[Answer], row: int, part: slice) -> Panel:
 
 def _draw_overlay(answers: Sequence[Answer], row: int, part: slice, ax: "Axes") -> None:
     run = answers[0].observations[row]
-    time, y = times(run)[part], run.trace.y[part]
+    time, y = run.trace.clock_s[part], run.trace.y[part]
     ax.plot(time, y, color=RECORDED, linewidth=4.0, solid_capstyle="round", label="recorded", zorder=2.0)
     for depth, answer in enumerate(answers):  # dashes last: where two models agree, both are seen
         look = answer.look
@@ -85,7 +85,7 @@ def _draw_close(answers: Sequence[Answer], row: int, part: slice, ax: "Axes") ->
     factor = _band(ax, run, pieces, 1.96)
     for depth, (answer, piece) in enumerate(zip(answers, pieces, strict=True)):
         look = answer.look
-        ax.plot(times(run)[part], piece / factor, look.line, color=look.colour, linewidth=1.0,
+        ax.plot(run.trace.clock_s[part], piece / factor, look.line, color=look.colour, linewidth=1.0,
                 label=f"{answer.name}, {shown(_rms(piece), 'V', 3)} rms", zorder=3.0 - 0.1 * depth)  # fmt: skip
     _few_ticks(ax)
     legend_above(ax)
@@ -131,7 +131,8 @@ def _draw_residual(answers: Sequence[Answer], row: int, ax: "Axes") -> None:
     drawn = [answer.residuals[row] for answer in answers]
     factor = _band(ax, run, drawn, noise_reach(run.trace.size))
     for answer, e in zip(answers, drawn, strict=True):
-        draw_signal(ax, times(run), e / factor, answer.look, f"{answer.name}, {shown(answer.left(row), 'V', 3)} rms")
+        label = f"{answer.name}, {shown(answer.left(row), 'V', 3)} rms"
+        draw_signal(ax, run.trace.clock_s, e / factor, answer.look, label)
     _few_ticks(ax)
     legend_above(ax, run.trace.name)
 

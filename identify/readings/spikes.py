@@ -2,8 +2,8 @@
 
 A spike is one reading far from those beside it, at a moment of its own: not at a jump of the stimulus, not at the same
 place of every repeat, not where the model fails for many readings in a row, and not the more often the faster the
-readings move, or the higher they stand: those are the tail of a scatter that goes with it. How many readings of noise
-alone would lie so far out is known: the number beyond a threshold is a Poisson test; several thresholds are paid for.
+readings move: those are the tail of a scatter in time. How many readings of noise alone would lie so far out is known,
+so the number beyond a threshold is a Poisson test; several thresholds are paid for.
 """
 
 from collections.abc import Sequence
@@ -38,7 +38,7 @@ TO_SD = 1.0 / norm.ppf(0.75)  # a median deviation as a standard deviation
 # Of Gaussian readings against the median of the 17 they are among, by simulation of two million:
 AMONG = 0.930  # their median deviation over that from their mean
 LEANT, SCATTER = 0.076, 1.05  # sd by which one thrown far off draws that median along, and what scatters about its size
-GATHERED = 1e-5  # chance of outliers at readings so fast, or so high, below which they are no spikes
+FASTER = 1e-5  # chance of outliers at readings so fast, below which they are no spikes
 CONTRADICTED = 1e-3  # chance of so few spikes on held-out readings
 
 
@@ -65,7 +65,7 @@ class Spikes(Blemish):
 class Outliers:
     """Readings of one recording against those beside them: how far in sd, the sd in V, and where they may be judged.
 
-    ``moves`` is how fast the model says that they move, V a sample, ``stands`` how far from zero, V.
+    ``moves`` is how fast the model says that they move, V a sample.
     """
 
     trace: Trace
@@ -73,7 +73,6 @@ class Outliers:
     sd_v: float
     looked_at: Mask
     moves: Array
-    stands: Array
 
     def beyond(self, threshold: float) -> Samples:
         """Return which readings lie alone beyond a threshold, as numbers of samples."""
@@ -83,13 +82,9 @@ class Outliers:
         return np.asarray(out[~_repeated(self.trace, out)])
 
     def ranked(self, out: Samples) -> Array:
-        """Return which shares of the readings looked at move more slowly and stand lower than each of ``out``.
-
-        Uniform by chance, shape (2, outliers).
-        """
-        others = np.sort([self.moves[self.looked_at], self.stands[self.looked_at]])
-        each = zip(others, (self.moves[out], self.stands[out]), strict=True)
-        return np.array([np.searchsorted(rest, here) / (rest.size + 1) for rest, here in each])
+        """Return the share of the readings looked at that moves more slowly than each of ``out``: uniform by chance."""
+        others = np.sort(self.moves[self.looked_at])
+        return np.searchsorted(others, self.moves[out]) / (others.size + 1)
 
 
 def outliers(trace: Trace, residual: Array, lsb_v: float = 0.0) -> Outliers:
@@ -109,7 +104,7 @@ def outliers(trace: Trace, residual: Array, lsb_v: float = 0.0) -> Outliers:
         calm &= uniform_filter1d((deviation == 0.0).astype(np.float64), AROUND, mode="nearest") < FOLLOWING / BESIDE
     answer = trace.y[:] - residual
     moves = uniform_filter1d(np.abs(np.diff(answer, prepend=answer[:1])), BESIDE, mode="nearest")
-    return Outliers(trace, alone / (sd_v or np.inf), sd_v, use & calm & ~_jumps(trace.u[:]), moves, np.abs(answer))
+    return Outliers(trace, alone / (sd_v or np.inf), sd_v, use & calm & ~_jumps(trace.u[:]), moves)
 
 
 def _jumps(u: Array) -> Mask:
@@ -144,7 +139,7 @@ def spikes(training: Sequence[Outliers], proof: Sequence[Outliers]) -> tuple[tup
     chance = {t: _chance(sum(out.size for out in found[t]), count * _tail(t)) for t in THRESHOLDS}
     threshold = min(THRESHOLDS, key=lambda t: chance[t])
     p_value = len(THRESHOLDS) * chance[threshold]
-    if p_value > CONVINCING or _gathered(training, found[threshold]):
+    if p_value > CONVINCING or _faster(training, found[threshold]):
         return (), float("inf")
     sd_v = float(np.median([o.sd_v for o in training if o.sd_v > 0.0]))
     sizes = np.concatenate([np.abs(o.far[out]) * o.sd_v for o, out in zip(training, found[threshold], strict=True)])
@@ -165,11 +160,10 @@ def spikes(training: Sequence[Outliers], proof: Sequence[Outliers]) -> tuple[tup
     return (Spikes(values, p_value, where),), threshold
 
 
-def _gathered(training: Sequence[Outliers], out: Sequence[Samples]) -> bool:
-    """Return whether some readings move faster than others do, or stand higher: where a spike meets them is chance."""
-    ranks = np.concatenate([o.ranked(at) for o, at in zip(training, out, strict=True)], axis=1)
-    told = -np.sum(np.log1p(-ranks), axis=1)
-    return bool(np.min(gamma.sf(told, ranks.shape[1])) < GATHERED)
+def _faster(training: Sequence[Outliers], out: Sequence[Samples]) -> bool:
+    """Return whether some readings move faster than others do: how fast a spike meets them is chance."""
+    ranks = np.concatenate([o.ranked(at) for o, at in zip(training, out, strict=True)])
+    return float(gamma.sf(-np.sum(np.log1p(-ranks)), ranks.size)) < FASTER
 
 
 def _without_tail(sizes: Array, threshold: float) -> Array:

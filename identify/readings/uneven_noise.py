@@ -11,14 +11,14 @@ from dataclasses import dataclass
 from typing import ClassVar, final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
-from scipy.stats import chi2, norm
+from scipy.stats import chi2
 
 from identify.colour import Colour, Sizes
 from identify.interval import Interval
 from identify.noise import good, grid_step_v
 from identify.readings.blemish import Blemish
+from identify.readings.spikes import TO_SD, Samples
 from identify.stage import Parameter
 from identify.trace import Array, Mask, Trace
 from identify.unnamed.correction import UNNAMED
@@ -28,7 +28,6 @@ WITHIN = 17  # readings whose mean is the level
 # much faster, or stand much higher, than most. LEAST values make a stretch.
 SHARES = np.sort([*np.linspace(0.0, 1.0, 33), *(2.0 ** -np.arange(6, 10)), *(1.0 - 2.0 ** -np.arange(6, 10))])
 LEAST, LASTING, FEW = 300, 1000, 8  # values; those in a row that make a stretch of the clock; stretches at least
-TO_SD = 1.0 / float(norm.ppf(0.75))  # a median of sizes as a standard deviation
 # Of second differences, which share readings, so many independent values would tell as much: by the squares of their
 # correlations.
 SHARE = 1.0 / (1.0 + 2.0 * ((2.0 / 3.0) ** 2 + (1.0 / 6.0) ** 2))
@@ -39,7 +38,6 @@ CONFIRMING = 10.0  # twice the gain of the log-likelihood on readings kept back
 MATERIAL = 0.01  # of that an independent value: sd that differ by a twentieth; less moves no odds
 COARSE = 0.5  # of the noise: wider steps of the ADC make scatter of their own
 WHITE, ABOUT = -2.0 / 3.0, 0.1  # correlation of neighbouring second differences of white noise, and how near is near
-Samples = NDArray[np.intp]  # numbers of values
 Left = tuple[Trace, Array]  # a recording and what a model leaves of its readings, V, shape (N,)
 
 
@@ -70,14 +68,14 @@ def _level(trace: Trace) -> Array:
 
 @final
 class OverRate(UnevenNoise):
-    """Noise of readings that move: what is uneven in when they are taken."""
+    """Noise that goes with how fast the reading moves."""
 
-    title = "noise that grows with how fast the reading moves"
+    title = "noise that goes with how fast the reading moves"
     axis = "rate of y"
     fingerprint = "scatter against the size of the rate"
     sentence = (
-        "The readings scatter the more the faster they move: {}. The moments at which they are taken are uneven, as "
-        "behind a clock that jitters or a trigger that comes by software."
+        "The readings scatter more or less, the faster they move: {}. Where it is more, the moments at which they are "
+        "taken are uneven, as behind a clock that jitters or a trigger that comes by software."
     )
 
     @staticmethod
@@ -120,7 +118,7 @@ class OverClock(UnevenNoise):
     @staticmethod
     def coordinate(trace: Trace) -> Array:
         """Return the clock, s, shape (N,)."""
-        return trace.start_s + np.arange(trace.size) / trace.rate_hz
+        return trace.clock_s
 
     @staticmethod
     def edges(where: Array) -> Array:
@@ -161,6 +159,11 @@ class _Scatter:
     before: Array
     at: dict[type[UnevenNoise], Array]
 
+    def beside(self, other: "_Scatter") -> "_Scatter":
+        """Return these values and others."""
+        at = {kind: np.concatenate((each, other.at[kind])) for kind, each in self.at.items()}
+        return _Scatter(np.append(self.values, other.values), np.append(self.before, other.before), at)
+
     def part(self, which: int) -> "_Scatter":
         """Return the first or the second of every two stretches of ``APART`` values."""
         use = np.arange(self.values.size) // APART % 2 == which
@@ -196,11 +199,11 @@ def uneven_noise(training: Sequence[Left], proof: Sequence[Left]) -> Uneven | No
     Of the clock every stretch is its own, in recordings kept back, too: half of the readings tell, the others confirm.
     """
     step_v = grid_step_v([trace for trace, _ in (*training, *proof)])
-    seen, kept, every = (_scatter(runs) for runs in (training, proof, (*training, *proof)))
+    seen, kept = _scatter(training), _scatter(proof)
     if seen.values.size < FEW * LEAST or step_v > COARSE * _sd(seen.values):
         return None
-    by_clock = every.part(0), every.part(1)
-    asked = ((OverLevel, seen, kept), (OverRate, seen, kept), (OverClock, *by_clock))
+    every = seen.beside(kept)
+    asked = ((OverLevel, seen, kept), (OverRate, seen, kept), (OverClock, every.part(0), every.part(1)))
     told, seen, kept = max(((_told(a, kind), a, b) for kind, a, b in asked), key=lambda each: each[0].gain)
     here = told.at(seen)
     p_value = min(len(KINDS) * float(chi2.sf(told.gain, max(told.sd_v.size - 1, 1))), 1.0)
@@ -225,15 +228,16 @@ def _span(where: Array, told: _Told) -> tuple[float, float, float]:
 def _scatter(runs: Sequence[Left]) -> _Scatter:
     """Return what neighbouring readings of all recordings scatter by."""
     found = [_differences(*run) for run in runs if run[0].size > 3]
-    values, before = (np.concatenate([each[i] for each in found] or [np.zeros(0)]) for i in (0, 1))
-    return _Scatter(values, before, {k: np.concatenate([each[2][k] for each in found]) for k in KINDS} if found else {})
+    parts = [np.concatenate(each) for each in zip(*found, strict=True)] or [np.zeros(0)] * (2 + len(KINDS))
+    values, before, *at = parts
+    return _Scatter(values, before, dict(zip(KINDS, at, strict=True)))
 
 
-def _differences(trace: Trace, left: Array) -> tuple[Array, Array, dict[type[UnevenNoise], Array]]:
-    """Return second differences as a reading's noise, V, those before them, and what the noise may go with."""
+def _differences(trace: Trace, left: Array) -> list[Array]:
+    """Return second differences as a reading's noise, V, those before them, and what of every kind it may go with."""
     ok, second = good(trace), np.diff(left, 2) / np.sqrt(6.0)
     use = ok[3:] & ok[2:-1] & ok[1:-2] & ok[:-3]
-    return second[1:][use], second[:-1][use], {kind: kind.coordinate(trace)[2:-1][use] for kind in KINDS}
+    return [second[1:][use], second[:-1][use], *(kind.coordinate(trace)[2:-1][use] for kind in KINDS)]
 
 
 def _sd(values: Array) -> float:

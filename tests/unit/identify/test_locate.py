@@ -27,6 +27,7 @@ from identify.unnamed.linear import Filter, OneWay
 from identify.unnamed.maps import LevelMap, LevelTable, RateMap
 from identify.unnamed.timed import ClockMap
 from tests.proof.cases import Concealed
+from tests.proof.integrator import play
 from tests.proof.rigs import OP_AMP
 from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
 from tests.trials import model_of, observed, recorded
@@ -78,6 +79,17 @@ def test_a_supply_that_generator_and_adc_share_is_a_gain_that_goes_with_u() -> N
     assert (told.best.place, told.best.form) == (Place.SENSE, "gain over the source")
     assert told.share > 0.9
     assert set(told.places) >= {Place.SENSE, Place.G2}
+
+
+def test_a_slack_knob_of_the_generator_is_a_hysteresis_of_the_source() -> None:
+    """It was a ripple of the gain, at the frequency at which the stimulus turns."""
+    slack_v, there = 0.02, bench()
+    turned = [replace(s, u=play(s.u - slack_v, s.u + slack_v, 0.0, 1.0, 0.0)) for s in (WALK, WAVE)]
+    runs = [recorded(OP_AMP, s, (), NOISE_V, i, 3.0 * i, 8) for i, s in enumerate(turned)]
+    seen = tuple(observed(replace(r, u=s.u), NOISE_V, 1) for r, s in zip(runs, (WALK, WAVE), strict=True))
+    told = found(replace(there, observations=seen))
+    assert (told.best.place, told.best.form) == (Place.SOURCE, "second hysteresis")
+    assert told.share > 0.9
 
 
 @pytest.mark.parametrize("comes_back", [True, False])

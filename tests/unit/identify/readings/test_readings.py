@@ -424,6 +424,8 @@ def test_steps_of_the_adc_are_told_when_they_matter_against_the_noise():
 
     (found,) = rounded(0.008)
     assert found.values["LSB"].value == pytest.approx(0.008, rel=1e-9)
+    assert "they add 5.3 % to the power of the noise" in found.where  # 0.008^2 / 12 over 0.01^2
+    assert len(rounded(0.1 * NOISE_V)) == 1
     assert rounded(0.9 * COARSE * NOISE_V) == ()
     assert adc_steps([recording()], NOISE_V) == ()
 

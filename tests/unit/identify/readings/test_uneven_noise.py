@@ -11,6 +11,7 @@ from identify.colour import Colour, Sizes, whitening
 from identify.explain.explain import explain
 from identify.readings.mend import mended
 from identify.readings.uneven_noise import OverClock, OverLevel, OverRate, uneven_noise
+from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
 from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
 from tests.trials import model_of, recorded
@@ -69,6 +70,7 @@ def test_noise_is_told_with_what_it_goes_and_how_large_it_is_there(size, kind):
     low, high, share = noise.blemish.span
     assert low < high
     assert 0.2 < share <= 1.0
+    assert kind is not OverClock or low == pytest.approx(4.0, abs=0.2)
 
 
 def test_even_noise_is_even():
@@ -112,8 +114,22 @@ def test_outliers_of_noise_that_goes_with_the_level_are_no_spikes():
     seen = mended(CHAIN, traces[:2], traces[2:], NOISE_V)
     assert [blemish.id for blemish in seen.found] == []
     assert isinstance(seen.noise.blemish, OverLevel)
-    assert seen.noise.evened(traces[0], noise := traces[0].y - QUIET[0].y).shape == noise.shape
+    level, noise = np.abs(QUIET[1].y), seen.noise.evened(traces[1], traces[1].y - QUIET[1].y)
+    low, high = (float(np.std(noise[part])) for part in (level < 0.3 * TOP_V, level > 0.8 * np.max(level)))
+    assert high == pytest.approx(low, rel=0.1)  # it was five times as large
     assert mended(CHAIN, traces[:2], traces[2:], NOISE_V, ("unnamed", "missing_samples")).noise is None
+
+
+def test_beside_what_has_a_name_it_has_none_and_explains_nothing():
+    fed, rng = (Concealed("feedthrough", {"k": 0.02}),), np.random.default_rng(7)
+    runs = staircase("stairs", FIG13_LEVELS_V, 0.05, 2), sine("wave", 10.0, 3.4, 10, 2), sine("kept", 12.5, 3.1, 10, 2)
+    quiet = [recorded(OP_AMP, run, fed, 0.0, 0, 3.0 * i, 8) for i, run in enumerate(runs)]
+    traces = [replace(t, y=t.y + NOISE_V * by_level(t) * rng.normal(size=t.size)) for t in quiet]
+    answer = explain(model_of(OP_AMP), traces[:2], traces[2:])
+    assert answer.verdict == "explained"
+    assert [finding.id for finding in answer.effects] == ["feedthrough", "unnamed"]
+    assert "unnamed" not in answer.sentence
+    assert answer.location.stage == "sense"
 
 
 def test_an_answer_places_it_at_the_sense_and_gives_it_no_name():
