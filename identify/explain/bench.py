@@ -19,9 +19,8 @@ from identify.evidence import Evidence
 from identify.explain.chance import as_large, scatters_more
 from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
 from identify.explain.promise import Promise, promised, together
+from identify.explain.race import doubled, raced
 from identify.explain.round import (
-    COMPARED,
-    FAR,
     Round,
     hopeful,
     lagging,
@@ -35,24 +34,16 @@ from identify.explain.round import (
 from identify.explain.suspect import Suspect, explainable, suspects
 from identify.explain.wander import MOSTLY, sizing, unrepeated, without_chance
 from identify.explain.weights import Carried
-from identify.fit import Fit, chi_squared, fit
+from identify.fit import Fit, fit
 from identify.observe import Observation, refined
-from identify.phases import angles_of, scanned
 from identify.stepping import alike, coarsened
 from identify.thinning import thinned
 
-SPRINT = 4  # iterations in which candidates are fitted side by side
-LAPS = 12
-DECISIVE = 1.0  # of chi-squared: what a candidate may still gain below this changes no odds
-STEADY = 10.0  # times what a lap gained that the laps to come may gain
-NEAR = 200.0  # of chi-squared: a fit further behind the best, and by FAR, is not continued
-DOUBLED = 3  # candidates of a round that are fitted again from twice their strength
 ITERATIONS = 40
 ENOUGH = 0.3  # of chi-squared: steps that gain less together change no odds
 COARSER = 4  # instants of a grid to one of that on which a fit is searched
 ROUGHER = 4  # of the latter to one of that on which its slopes are taken
 ROUNDS = 3  # of measuring what finer grids add, at most
-TURNS = 4  # times phases are looked for anew once the rest has moved
 
 
 @dataclass(frozen=True)
@@ -178,9 +169,9 @@ class Bench:
         scattered = base.proven > 0.0
         hopes = [p for p in hopes if p.gain + p.slack > least or (scattered and p.candidate.effect.by_chance)]
         worth = promising(hopes, len(screened), runs)
-        tried = self.raced(base, worth)
+        tried = raced(self, base, worth)
         late = outdone(hopes, worth, base.chi2 - min((h.chi2 for h in tried), default=base.chi2)) if tried else []
-        worth, tried = [*worth, *late], self.doubled(base, [*tried, *self.raced(base, late)], least)
+        worth, tried = [*worth, *late], doubled(self, base, [*tried, *raced(self, base, late)], least)
         left_over = min((h.misfit for h in tried), default=base.misfit)
         if not left_over < self.noise_known < base.misfit:
             wanders = unrepeated(base.fit.chain, self.observations)
@@ -189,7 +180,7 @@ class Bench:
             lags = lagging(screened, tried, base, wanders > MOSTLY, there) if there > least else []
             left = [*unmet, *(c for c in lags if c not in unmet)]
             starts = [Promise(c, self._begun(base, c, wanders), c.gain) for c in left]
-            tried = [*tried, *self.raced(base, starts)]
+            tried = [*tried, *raced(self, base, starts)]
         fitted = [h for h in (*tried, *self.fuller(base, tried)) if self.possible(h)]
         fitted = [h for h in fitted if base.chi2 - h.chi2 >= self.rough] if self.rough else fitted
         pairs = () if left_over < self.noise_known else together(evidence, hopes)
@@ -210,42 +201,6 @@ class Bench:
             return False
         return not any(scatters_more(chain, effect, self.observations) for effect in hypothesis.effects)
 
-    def raced(self, base: Hypothesis, promises: Sequence[Promise]) -> list[Hypothesis]:
-        """Fit candidates side by side, a few iterations at a time; one that cannot come near is not fitted further."""
-        found = [self.extended(base, promise) for promise in promises]
-        hopes = [h.hope for h in found]
-        for _ in range(LAPS):
-            best = min(found, key=lambda h: h.chi2, default=base)
-            reach = max(NEAR, FAR * (base.chi2 - best.chi2))
-            running = [
-                not h.fit.converged and h.chi2 - best.chi2 < min(reach, max(COMPARED, more)) and more > DECISIVE
-                for h, more in zip(found, hopes, strict=True)
-            ]
-            if not any(running):
-                break
-            lap = [self.continued(h) if runs else h for h, runs in zip(found, running, strict=True)]
-            gained = [STEADY * (old.chi2 - new.chi2) for old, new in zip(found, lap, strict=True)]
-            hopes = [min(gain, h.hope) for gain, h in zip(gained, lap, strict=True)]
-            found = lap
-        return found
-
-    def doubled(self, base: Hypothesis, tried: Sequence[Hypothesis], least: float = 0.0) -> list[Hypothesis]:
-        """Fit what came near the best again with its effect twice as strong, where the best leaves more than noise.
-
-        Plain values that were moved to stand in for a lag hold part of it back: a minimum with half of each. Twice as
-        strong it explains four times as much; where that is less than ``least``, it is not asked.
-        """
-        found = sorted(tried, key=lambda h: h.chi2)
-        if not found or found[0].misfit < self.noise_known or 4.0 * (base.chi2 - found[0].chi2) < least:
-            return found
-        reach = found[0].chi2 + FAR * (base.chi2 - found[0].chi2)
-        for number, h in enumerate(found[:DOUBLED]):
-            stronger = h.effects[-1].doubled(h.fit.chain)
-            if h.chi2 < reach and stronger is not h.fit.chain:
-                again = self.fitted(stronger.with_values(base.fit.chain.values), h.effects)
-                found[number] = min((h, again), key=lambda one: one.chi2)
-        return found
-
     def fuller(self, base: Hypothesis, tried: Sequence[Hypothesis]) -> list[Hypothesis]:
         """Fit forms with one parameter more of what such a one may bring ahead."""
         known, found = {h.effects[-1] for h in tried}, []
@@ -262,27 +217,6 @@ class Bench:
         effects = hypothesis.effects_with(form, effect)
         chain = self.with_effects(effects, hypothesis.fit.chain.values)
         return self.fitted(form.completed(chain, Evidence(hypothesis.fit, self.observations)), effects, iterations)
-
-    def continued(self, hypothesis: Hypothesis) -> Hypothesis:
-        """Fit a hypothesis a few iterations further from where it is."""
-        return self.fitted(hypothesis.fit.chain, hypothesis.effects, SPRINT)
-
-    def extended(self, base: Hypothesis, promise: Promise) -> Hypothesis:
-        """Fit ``base`` with one more effect for a few iterations, and its angles until they stay."""
-        effect = promise.candidate.effect
-        apart = promise.chain.with_values(base.fit.chain.values)
-        start = min((promise.chain, apart), key=lambda c: sum(chi_squared(c, o) for o in self.observations))
-        effects = (*base.effects, effect)
-        angles = angles_of(effect.parameters())  # those of others are fitted already
-        found = self.fitted(scanned(start, self.observations, angles), effects, SPRINT)
-        for _ in range(TURNS):
-            turned = scanned(effect.upright(found.fit.chain), self.observations, angles)
-            if turned is found.fit.chain:
-                break
-            before, found = found, self.fitted(turned, effects, SPRINT)
-            if found.chi2 > before.chi2 - DECISIVE:
-                return min((before, found), key=lambda h: h.chi2)
-        return found
 
     def without(self, hypothesis: Hypothesis, effect: Effect) -> Hypothesis:
         """Fit ``hypothesis`` less one effect; what was fitted before on these data is remembered."""

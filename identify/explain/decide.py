@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.explain.bench import NEAR, SPRINT, Bench
+from identify.explain.bench import Bench
 from identify.explain.hypothesis import WORTH, Hypothesis
+from identify.explain.race import NEAR, SPRINT, raced
 from identify.explain.round import COMPARED, Round, ranked
 from identify.fit import chi_squared
 
@@ -39,4 +40,4 @@ def overtaking(bench: Bench, this: Round, best: float, base: Hypothesis) -> list
     with np.errstate(over="ignore", invalid="ignore"):
         left = [(p, sum(chi_squared(p.chain, o) for o in bench.observations)) for p in this.passed_over]
     near = [p for p, chi2 in left if chi2 - p.slack < best + COMPARED]
-    return [h for h in bench.raced(base, near) if bench.possible(h)]
+    return [h for h in raced(bench, base, near) if bench.possible(h)]

@@ -9,8 +9,9 @@ import numpy as np
 
 from identify.chain import Chain
 from identify.effects.effect import Effect
-from identify.explain.bench import SPRINT, Bench
+from identify.explain.bench import Bench
 from identify.explain.hypothesis import Hypothesis
+from identify.explain.race import SPRINT
 from identify.fit import Fit
 from identify.interval import Interval
 

@@ -8,7 +8,7 @@ import pytest
 from identify.candidates import Candidate
 from identify.effects import catalogue, chain_of
 from identify.effects.effect import Effect
-from identify.explain.bench import DECISIVE, Bench
+from identify.explain.bench import Bench
 from identify.explain.decide import decided, overtaking
 from identify.explain.exchange import exchanged
 from identify.explain.explain import prepared
@@ -17,6 +17,7 @@ from identify.explain.locate import Located
 from identify.explain.neighbours import resettled
 from identify.explain.promise import Promise
 from identify.explain.prune import simplified
+from identify.explain.race import DECISIVE
 from identify.explain.rivals import odds
 from identify.explain.round import Round, lagging, outdone, ranked, unforeseen
 from identify.explain.select import _belongs, _explainable, _hopeless, _settled, selected
@@ -171,29 +172,6 @@ def test_both_of_two_are_found(key, alone, names):
     assert {(f.id, f.stage) for f in trial.expected} == {(e.id, e.place.label) for e in found.effects}
 
 
-def test_a_lag_of_which_the_plain_values_hold_back_a_part_is_found_from_twice_its_length():
-    rig = replace(
-        RC, g1_num=(1.0,), g1_den=(0.01257, 1.0), s_l=3.355, s_u=3.355, d_l_v=1.782, d_u_v=-1.202, g2_num=(1.0,),
-        g2_den=(2.694e-3, 1.0),
-    )  # fmt: skip
-    runs = (
-        staircase("walk", FIG13_LEVELS_V, 0.05), sine("slow", 20.0, 3.4, 10, 2), sine("fast", 62.5, 9.0, 20, 2),
-    )  # fmt: skip
-    late = (Concealed("source_pole", {"tau": 4e-3}),)
-    seen = tuple(observed(recorded(rig, run, late, 0.015, seed=i), 0.015) for i, run in enumerate(runs))
-    bench, lag = Bench(chain_of(model_of(rig)), seen, (), ()), catalogue()["source_pole"](Place.SOURCE)
-    base = bench.fitted(bench.plain, ())
-    held = bench.fitted(bench.with_effects((lag,), {**base.fit.chain.values, "source_pole.tau": 1e-3}), (lag,))
-    assert held.fit.converged
-    assert held.misfit > 1.0
-    (found,) = bench.doubled(base, [held])
-    assert abs(found.misfit) < 0.1
-    assert found.fit.chain.values["source_pole.tau"] == pytest.approx(4e-3, rel=1e-3)
-    assert bench.doubled(base, [found]) == [found]  # with nothing left there is nothing to look for
-    fall = base.chi2 - held.chi2
-    assert bench.doubled(base, [held], 5.0 * fall) == [held]  # twice as strong it explains four times as much
-
-
 def test_what_first_order_does_not_foresee_is_fitted_where_its_start_gains_much(bench):
     def promise(effect: Effect, start: float, gain: float, slack: float) -> Promise:
         return Promise(Candidate(effect, {}, start), bench.plain, gain, slack)
@@ -304,16 +282,16 @@ def test_what_promises_more_than_the_best_fit_kept_is_fitted_too(bench, monkeypa
     assert outdone([first, second, third], [first], 900.0) == []
     asked: list[list[Promise]] = []
 
-    def raced(self, base, promises):
+    def raced(bench, base, promises):
         asked.append(list(promises))
         fall = {DIODE: 100.0, RAIL: 290.0}
         return [replace(rail, chi2=base.chi2 - fall[p.candidate.effect]) for p in promises]
 
-    monkeypatch.setattr(Bench, "raced", raced)
+    monkeypatch.setattr("identify.explain.bench.raced", raced)
     monkeypatch.setattr("identify.explain.bench.hopeful", lambda screened, runs: [first, second, third])
     monkeypatch.setattr("identify.explain.bench.promised", lambda evidence, hope: hope)
     monkeypatch.setattr("identify.explain.bench.promising", lambda hopes, tried, runs: [first])
-    monkeypatch.setattr(Bench, "doubled", lambda self, base, tried, least: list(tried))
+    monkeypatch.setattr("identify.explain.bench.doubled", lambda bench, base, tried, least: list(tried))
     monkeypatch.setattr(Bench, "fuller", lambda self, base, tried: [])
     monkeypatch.setattr("identify.explain.bench.lagging", lambda *screened: [])
     monkeypatch.setattr("identify.explain.bench.unforeseen", lambda hopes, *rest: [])
@@ -379,23 +357,6 @@ def test_what_was_passed_over_is_fitted_where_the_grid_of_the_fits_brings_it_nea
     (late,) = overtaking(bench, this, only.chi2, base)
     assert late.chi2 < only.chi2
     assert late.fit.chain.values["extra_pole.tau"] == pytest.approx(63.4e-6, rel=0.1)
-
-
-def test_a_fit_is_continued_only_where_its_slope_promises_more_and_it_gains(bench, monkeypatch):
-    """One sprint was not the end of it; whether there is a next lap is what its slope says, then what laps gain."""
-    base, rail = bench.fitted(bench.plain, ()), fitted(bench, RAIL)
-    promise = Promise(Candidate(RAIL, {}, 0.0), bench.plain, 0.0)
-    laps: list[Hypothesis] = []
-    for beyond, gain, count in ((0.1, 5.0, 0), (5.0, 0.0, 1), (5.0, 5.0, 12)):
-        left = replace(rail, fit=replace(rail.fit, converged=False, beyond=beyond))
-        monkeypatch.setattr(Bench, "extended", lambda self, base, promise, left=left: left)
-        monkeypatch.setattr(
-            Bench, "continued", lambda self, h, gain=gain: laps.append(h) or replace(h, chi2=h.chi2 - gain)
-        )
-        laps.clear()
-        (found,) = bench.raced(base, [promise])
-        assert len(laps) == count
-        assert found.chi2 == pytest.approx(rail.chi2 - count * gain)
 
 
 def test_a_rival_far_behind_is_not_fitted_to_the_end_on_finer_grids(bench, monkeypatch):

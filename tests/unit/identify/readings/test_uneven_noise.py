@@ -120,16 +120,30 @@ def test_outliers_of_noise_that_goes_with_the_level_are_no_spikes():
     assert mended(CHAIN, traces[:2], traces[2:], NOISE_V, ("unnamed", "missing_samples")).noise is None
 
 
-def test_beside_what_has_a_name_it_has_none_and_explains_nothing():
-    fed, rng = (Concealed("feedthrough", {"k": 0.02}),), np.random.default_rng(7)
-    runs = staircase("stairs", FIG13_LEVELS_V, 0.05, 2), sine("wave", 10.0, 3.4, 10, 2), sine("kept", 12.5, 3.1, 10, 2)
-    quiet = [recorded(OP_AMP, run, fed, 0.0, 0, 3.0 * i, 8) for i, run in enumerate(runs)]
+@pytest.mark.parametrize(
+    ("concealed", "stage", "hold_s"),
+    [
+        (Concealed("feedthrough", {"k": 0.02}), "sense", 0.05),
+        (Concealed("saturation", {"upper": 9.0, "lower": -9.0}), "F", 0.02),
+    ],
+    ids=["bypass", "rails"],
+)
+def test_beside_what_has_a_name_it_has_none_and_explains_nothing(concealed, stage, hold_s):
+    """The rails are cut 50 times the noise; at their first place, with lags that make up for it, no step led on."""
+    rng = np.random.default_rng(7)
+    runs = (
+        staircase("stairs", FIG13_LEVELS_V, hold_s, 2), sine("wave", 10.0, 3.4, 10, 2), sine("kept", 12.5, 3.1, 10, 2),
+    )  # fmt: skip
+    quiet = [recorded(OP_AMP, run, (concealed,), 0.0, 0, 3.0 * i, 8) for i, run in enumerate(runs)]
     traces = [replace(t, y=t.y + NOISE_V * by_level(t) * rng.normal(size=t.size)) for t in quiet]
     answer = explain(model_of(OP_AMP), traces[:2], traces[2:])
     assert answer.verdict == "explained"
-    assert [finding.id for finding in answer.effects] == ["feedthrough", "unnamed"]
+    assert [finding.id for finding in answer.effects] == [concealed.name, "unnamed"]
+    for name, true in concealed.values.items():
+        told = answer.effects[0].parameters[name][0]
+        assert abs(told.value - true) < told.high - told.low  # four standard deviations
     assert "unnamed" not in answer.sentence
-    assert answer.location.stage == "sense"
+    assert answer.location.stage == stage
 
 
 def test_an_answer_places_it_at_the_sense_and_gives_it_no_name():

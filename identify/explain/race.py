@@ -1,0 +1,97 @@
+"""Which of several candidates explains most, fitted side by side?
+
+A few iterations at a time; one that cannot come near the best is not fitted further.
+"""
+
+from collections.abc import Sequence
+from operator import itemgetter
+from typing import TYPE_CHECKING
+
+from identify.chain import Chain
+from identify.explain.hypothesis import Hypothesis
+from identify.explain.promise import Promise
+from identify.explain.round import COMPARED, FAR
+from identify.fit import chi_squared
+from identify.phases import angles_of, scanned
+
+if TYPE_CHECKING:
+    from identify.explain.bench import Bench
+
+SPRINT = 4  # iterations in which candidates are fitted side by side
+LAPS = 12
+KEPT = 0.8  # of what is promised, from which a fit has found it
+DECISIVE = 1.0  # of chi-squared: what a candidate may still gain below this changes no odds
+STEADY = 10.0  # times what a lap gained that the laps to come may gain
+NEAR = 200.0  # of chi-squared: a fit further behind the best, and by FAR, is not continued
+DOUBLED = 3  # candidates of a round that are fitted again from twice their strength
+TURNS = 4  # times phases are looked for anew once the rest has moved
+
+
+def raced(bench: "Bench", base: Hypothesis, promises: Sequence[Promise]) -> list[Hypothesis]:
+    """Fit candidates side by side, a few iterations at a time; one that cannot come near is not fitted further."""
+    found = [_extended(bench, base, promise) for promise in promises]
+    hopes = [h.hope for h in found]
+    for _ in range(LAPS):
+        best = min(found, key=lambda h: h.chi2, default=base)
+        reach = max(NEAR, FAR * (base.chi2 - best.chi2))
+        running = [
+            not h.fit.converged and h.chi2 - best.chi2 < min(reach, max(COMPARED, more)) and more > DECISIVE
+            for h, more in zip(found, hopes, strict=True)
+        ]
+        if not any(running):
+            break
+        lap = [
+            bench.fitted(h.fit.chain, h.effects, SPRINT) if runs else h for h, runs in zip(found, running, strict=True)
+        ]
+        gained = [STEADY * (old.chi2 - new.chi2) for old, new in zip(found, lap, strict=True)]
+        hopes = [min(gain, h.hope) for gain, h in zip(gained, lap, strict=True)]
+        found = lap
+    return found
+
+
+def doubled(bench: "Bench", base: Hypothesis, tried: Sequence[Hypothesis], least: float = 0.0) -> list[Hypothesis]:
+    """Fit what came near the best again with its effect twice as strong, where the best leaves more than noise.
+
+    Plain values that were moved to stand in for a lag hold part of it back: a minimum with half of each. Twice as
+    strong it explains four times as much; where that is less than ``least``, it is not asked.
+    """
+    found = sorted(tried, key=lambda h: h.chi2)
+    if not found or found[0].misfit < bench.noise_known or 4.0 * (base.chi2 - found[0].chi2) < least:
+        return found
+    reach = found[0].chi2 + FAR * (base.chi2 - found[0].chi2)
+    for number, h in enumerate(found[:DOUBLED]):
+        stronger = h.effects[-1].doubled(h.fit.chain)
+        if h.chi2 < reach and stronger is not h.fit.chain:
+            again = bench.fitted(stronger.with_values(base.fit.chain.values), h.effects)
+            found[number] = min((h, again), key=lambda one: one.chi2)
+    return found
+
+
+def _extended(bench: "Bench", base: Hypothesis, promise: Promise) -> Hypothesis:
+    """Fit ``base`` with one more effect for a few iterations, and its angles until they stay.
+
+    It begins where the other values are moved as promised or as they were, what leaves less; where that leaves more
+    than ``base`` and leads to less than is promised, first order does not hold so far: then from both.
+    """
+    effect = promise.candidate.effect
+    effects = (*base.effects, effect)
+    angles = angles_of(effect.parameters())  # those of others are fitted already
+    apart = promise.chain.with_values(base.fit.chain.values)
+    (left, start), (_, other) = sorted(((_left(bench, c), c) for c in (promise.chain, apart)), key=itemgetter(0))
+    found = bench.fitted(scanned(start, bench.observations, angles), effects, SPRINT)
+    if left > base.chi2 and base.chi2 - found.chi2 < KEPT * promise.gain:
+        again = bench.fitted(scanned(other, bench.observations, angles), effects, SPRINT)
+        found = min((found, again), key=lambda h: h.chi2)
+    for _ in range(TURNS):
+        turned = scanned(effect.upright(found.fit.chain), bench.observations, angles)
+        if turned is found.fit.chain:
+            break
+        before, found = found, bench.fitted(turned, effects, SPRINT)
+        if found.chi2 > before.chi2 - DECISIVE:
+            return min((before, found), key=lambda h: h.chi2)
+    return found
+
+
+def _left(bench: "Bench", chain: Chain) -> float:
+    """Return the chi-squared of a chain as it is."""
+    return sum(chi_squared(chain, o) for o in bench.observations)

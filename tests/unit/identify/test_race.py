@@ -1,0 +1,102 @@
+"""Are candidates fitted from where it leads somewhere, and as long as it may matter?"""
+
+from dataclasses import replace
+
+import pytest
+
+from identify.candidates import Candidate
+from identify.effects import catalogue, chain_of
+from identify.explain import race
+from identify.explain.bench import Bench
+from identify.explain.hypothesis import Hypothesis
+from identify.explain.promise import Promise
+from identify.explain.race import KEPT, doubled, raced
+from identify.stage import Place
+from tests.proof.cases import Concealed
+from tests.proof.rigs import OP_AMP, RC
+from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
+from tests.trials import model_of, observed, recorded
+
+NOISE_V = 0.010
+RAIL = catalogue()["saturation"](Place.F, "lower")
+
+
+@pytest.fixture(scope="module")
+def bench() -> Bench:
+    """Return a bench with a recording in which a rail is concealed."""
+    concealed = (Concealed("saturation", {"upper": float("inf"), "lower": -12.3}),)
+    seen = observed(recorded(OP_AMP, staircase("walk", FIG13_LEVELS_V, 0.02), concealed, NOISE_V, seed=7), NOISE_V)
+    return Bench(chain_of(model_of(OP_AMP)), (seen,), (), tuple(catalogue().values()))
+
+
+@pytest.fixture(scope="module")
+def base(bench: Bench) -> Hypothesis:
+    return bench.fitted(bench.plain, ())
+
+
+@pytest.fixture(scope="module")
+def rail(bench: Bench) -> Hypothesis:
+    return bench.fitted(bench.with_effects((RAIL,), {"saturation.lower": -12.3}), (RAIL,))
+
+
+def test_a_lag_of_which_the_plain_values_hold_back_a_part_is_found_from_twice_its_length():
+    rig = replace(
+        RC, g1_num=(1.0,), g1_den=(0.01257, 1.0), s_l=3.355, s_u=3.355, d_l_v=1.782, d_u_v=-1.202, g2_num=(1.0,),
+        g2_den=(2.694e-3, 1.0),
+    )  # fmt: skip
+    runs = (
+        staircase("walk", FIG13_LEVELS_V, 0.05), sine("slow", 20.0, 3.4, 10, 2), sine("fast", 62.5, 9.0, 20, 2),
+    )  # fmt: skip
+    late = (Concealed("source_pole", {"tau": 4e-3}),)
+    seen = tuple(observed(recorded(rig, run, late, 0.015, seed=i), 0.015) for i, run in enumerate(runs))
+    bench, lag = Bench(chain_of(model_of(rig)), seen, (), ()), catalogue()["source_pole"](Place.SOURCE)
+    base = bench.fitted(bench.plain, ())
+    held = bench.fitted(bench.with_effects((lag,), {**base.fit.chain.values, "source_pole.tau": 1e-3}), (lag,))
+    assert held.fit.converged
+    assert held.misfit > 1.0
+    (found,) = doubled(bench, base, [held])
+    assert abs(found.misfit) < 0.1
+    assert found.fit.chain.values["source_pole.tau"] == pytest.approx(4e-3, rel=1e-3)
+    assert doubled(bench, base, [found]) == [found]  # with nothing left there is nothing to look for
+    fall = base.chi2 - held.chi2
+    assert doubled(bench, base, [held], 5.0 * fall) == [held]  # twice as strong it explains four times as much
+
+
+def test_a_fit_is_continued_only_where_its_slope_promises_more_and_it_gains(bench, base, rail, monkeypatch):
+    """One sprint was not the end of it; whether there is a next lap is what its slope says, then what laps gain."""
+    promise = Promise(Candidate(RAIL, {}, 0.0), bench.plain, 0.0)
+    laps: list[int] = []
+    for beyond, gain, count in ((0.1, 5.0, 0), (5.0, 0.0, 1), (5.0, 5.0, 12)):
+        left = replace(rail, fit=replace(rail.fit, converged=False, beyond=beyond))
+
+        def fitted(bench, chain, effects, iterations, left=left, gain=gain):
+            laps.append(iterations)
+            return replace(left, chi2=left.chi2 - len(laps) * gain)
+
+        monkeypatch.setattr(race, "_extended", lambda bench, base, promise, left=left: left)
+        monkeypatch.setattr(Bench, "fitted", fitted)
+        laps.clear()
+        (found,) = raced(bench, base, [promise])
+        assert len(laps) == count
+        assert found.chi2 == pytest.approx(rail.chi2 - count * gain)
+
+
+@pytest.mark.parametrize(
+    ("level", "kept", "begun"), [(-4.0, KEPT + 0.1, 1), (-4.0, KEPT - 0.1, 2), (-12.0, KEPT - 0.1, 1)]
+)
+def test_a_fit_begins_from_both_sides_where_first_order_keeps_not_what_it_promises(
+    bench, base, rail, monkeypatch, level, kept, begun
+):
+    """A rail at -4 V leaves more than none, one at -12 V less."""
+    there = RAIL.put_in(base.fit.chain, {"lower": level})
+    moved = there.with_values({"F.S_U": 1.02 * there.values["F.S_U"]})
+    starts: list[float] = []
+
+    def fitted(bench, chain, effects, iterations):
+        starts.append(chain.values["F.S_U"])
+        return replace(rail, chi2=base.chi2 - kept * 1000.0 - len(starts))
+
+    monkeypatch.setattr(Bench, "fitted", fitted)
+    found = race._extended(bench, base, Promise(Candidate(RAIL, {}, 0.0), moved, 1000.0))
+    assert len(starts) == len(set(starts)) == begun
+    assert found.chi2 == base.chi2 - kept * 1000.0 - begun  # the better one
