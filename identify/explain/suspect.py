@@ -19,6 +19,7 @@ from identify.derivatives.sensitivities import DIFFERENCE
 from identify.evidence import Evidence
 from identify.explain.corrections import corrections, sharpened
 from identify.explain.moments import wandering
+from identify.explain.narrow import narrow
 from identify.stage import Place
 from identify.trace import Array
 from identify.unnamed.correction import Correction
@@ -81,6 +82,8 @@ def suspects(evidence: Evidence) -> list[Suspect]:
         Suspect(one, np.ones(squares.size), squares, values, looks)
         for one, squares, values, looks in wandering(evidence.fine)
     ]
+    if (seen := narrow(evidence.fine)) is not None:
+        found.append(replace(suspect(evidence.fine, seen[0]), looks=seen[1]))
     noise = unexplained(evidence, found)
     return sorted(found, key=lambda s: -s.worth(noise)[0])
 
