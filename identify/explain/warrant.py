@@ -1,6 +1,7 @@
 """Is a name earned: does the physics explain what it should, as well as a free-form correction in its place would?"""
 
 from dataclasses import dataclass, replace
+from math import log
 
 from identify.blocks import Play
 from identify.effects.effect import Effect
@@ -40,7 +41,7 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
     Else the effect found last has to be more likely than physics of no catalogue, and not to leave more than a little
     that a free-form correction at its own place could take away: then the place may be right, but the law is not. What
     its own chance makes does not speak against it. Nor must such a correction at another place do better without it,
-    or one alone better than several names.
+    or one alone better than all names.
     If it does not earn its name, the one before it is asked. And no name is earned by a law that does better at a place
     where it would be other physics.
     """
@@ -48,7 +49,8 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
     strayed = misplaced(bench, final)
     earned = [(base, winner) for base, winner in steps if not strayed & set(winner.names)]
     hypothesis = final if len(earned) == len(steps) else earned[-1][1] if earned else plain
-    alone = located(bench, plain) if len(hypothesis.effects) > 1 else None
+    asked = len(hypothesis.effects) > 1 or _challenged(bench, plain, hypothesis)
+    alone = located(bench, plain) if asked else None
     if alone is not None and _outdone(alone, hypothesis):
         return Warranted(plain, alone)
     goes_on = _goes_on(bench, hypothesis)
@@ -70,10 +72,22 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
     return Warranted(hypothesis, beyond)
 
 
-def _outdone(alone: Located, names: Hypothesis) -> bool:
-    """Return whether one correction of free form does clearly better than several names together, its numbers paid for.
+def _challenged(bench: Bench, plain: Hypothesis, names: Hypothesis) -> bool:
+    """Return whether a correction of free form promises, to first order, more than names explain, its weights paid for.
 
-    Were these right, nothing could: two laws that stand in for one of no catalogue leave something.
+    Not where these act by chance, which no law foretells.
+    """
+    if not names.effects or names.swell > 1.0:
+        return False
+    price, told = log(plain.count), plain.chi2 - names.chi2 - (names.parameters - plain.parameters) * log(plain.count)
+    few = [s for s in bench.suspects(plain) if len(s.correction.knots) <= MOST]
+    return any(s.gain - s.squares.size * price > told for s in few)
+
+
+def _outdone(alone: Located, names: Hypothesis) -> bool:
+    """Return whether one correction of free form does clearly better than all names together, its numbers paid for.
+
+    Were these right, nothing could: laws that stand in for one of no catalogue leave something.
     """
     return any(h.advantage(names) > STRONG for c, h in alone.fitted if len(c.knots) <= MOST)
 

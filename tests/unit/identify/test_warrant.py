@@ -2,12 +2,14 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from identify.effects import catalogue, chain_of
 from identify.explain.bench import Bench
 from identify.explain.locate import Located
 from identify.explain.round import Round
+from identify.explain.suspect import Suspect
 from identify.explain.warrant import warranted
 from identify.stage import Place
 from identify.unnamed.correction import Correction
@@ -80,15 +82,17 @@ def test_no_name_is_earned_where_a_correction_elsewhere_does_better_without_it(
 
 
 @pytest.mark.parametrize(
-    ("count", "alone", "earned"),
+    ("count", "promised", "alone", "earned"),
     [
-        (2, -2000.0, False),  # were two names right, no single correction could do better
-        (2, 20.0, True),
-        (1, -2000.0, True),  # of one name that is asked with what it leaves
+        (2, 0.0, -2000.0, False),  # were two names right, no single correction could do better
+        (2, 0.0, 20.0, True),
+        (1, 1.1, -2000.0, False),  # nor were one
+        (1, 1.1, 20.0, True),
+        (1, 0.9, -2000.0, True),  # which is not asked where none promises as much
     ],
 )
-def test_several_names_are_not_earned_where_one_correction_does_better_alone(
-    count: int, alone: float, earned: bool, monkeypatch: pytest.MonkeyPatch
+def test_no_names_are_earned_where_one_correction_does_better_alone(
+    count: int, promised: float, alone: float, earned: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     walk = observed(recorded(OP_AMP, staircase("walk", FIG13_LEVELS_V, 0.02), (), NOISE_V, seed=7), NOISE_V)
     bench = Bench(chain_of(model_of(OP_AMP)), (walk,), (), tuple(catalogue().values()))
@@ -96,10 +100,12 @@ def test_several_names_are_not_earned_where_one_correction_does_better_alone(
     names = replace(bench.fitted(bench.with_effects(effects, {}), effects), chi2=1e5, count=96_000)
     base = replace(bench.fitted(bench.plain, ()), chi2=3e5, count=96_000)
     better = replace(base, chi2=1e5 + alone)
+    promise = Suspect(LEVEL, np.ones(3), np.full(3, promised * 2e5 / 3.0), {})
 
     def left(_: Bench, hypothesis: object) -> Located:
         return Located(base, ((LEVEL, better),), 1e-12) if hypothesis is base else Located(names, (), 1.0)
 
+    monkeypatch.setattr(Bench, "suspects", lambda bench, base: [promise])
     monkeypatch.setattr("identify.explain.warrant.located", left)
     found = warranted(bench, base, names, [Round(base, (), (names,), settled=names)])
     assert (found.hypothesis.effects == effects) is earned
