@@ -7,7 +7,7 @@ from identify.blocks import Play
 from identify.effects.effect import Effect
 from identify.explain.anew import line_anew
 from identify.explain.bench import Bench
-from identify.explain.hypothesis import Hypothesis
+from identify.explain.hypothesis import LEAST_TOLD, Hypothesis
 from identify.explain.locate import Located, located
 from identify.explain.rivals import left_to_explain, unheard
 from identify.explain.round import FORETOLD, Round
@@ -19,7 +19,7 @@ NEGLIGIBLE = 0.05  # share of what an effect explains that may remain without ca
 BY_THE_CLOCK = 0.5  # the same of what goes with the clock, where the effect does not: its law could not make that
 NO_CHANCE = 1e-6  # probability with which chance alone makes a line, below which it has not
 SAME_PLACE = 0.4  # share of what a name leaves that a free-form correction at its own place may explain
-STRONG = 10.0  # of Schwarz's criterion: very strong evidence (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773)
+STRONG = 10.0  # of twice a log of odds: very strong evidence (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773)
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
     hypothesis = final if len(earned) == len(steps) else earned[-1][1] if earned else plain
     asked = len(hypothesis.effects) > 1 or _challenged(bench, plain, hypothesis)
     alone = located(bench, plain) if asked else None
-    if alone is not None and _outdone(alone, hypothesis):
+    if alone is not None and _outdone(alone, hypothesis, bench.surprise):
         return Warranted(plain, alone)
     goes_on = _goes_on(bench, hypothesis)
     foretold = [e for e in hypothesis.effects if e.by_chance and (goes_on or hypothesis.swell > 1.0)]
@@ -73,23 +73,31 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
 
 
 def _challenged(bench: Bench, plain: Hypothesis, names: Hypothesis) -> bool:
-    """Return whether a correction of free form promises, to first order, more than names explain, its weights paid for.
+    """Return whether a correction of free form promises, to first order, more than one name explains, numbers paid for.
 
-    Not where these act by chance, which no law foretells.
+    Not where it acts by chance, which no law foretells.
     """
     if not names.effects or names.swell > 1.0:
         return False
-    price, told = log(plain.count), plain.chi2 - names.chi2 - (names.parameters - plain.parameters) * log(plain.count)
+    told = plain.chi2 - names.chi2 - _price(plain, names)
     few = [s for s in bench.suspects(plain) if len(s.correction.knots) <= MOST]
-    return any(s.gain - s.squares.size * price > told for s in few)
+    return any(s.gain - 2.0 * s.worth(1.0)[1] > told for s in few)
 
 
-def _outdone(alone: Located, names: Hypothesis) -> bool:
+def _outdone(alone: Located, names: Hypothesis, surprise: float) -> bool:
     """Return whether one correction of free form does clearly better than all names together, its numbers paid for.
 
-    Were these right, nothing could: laws that stand in for one of no catalogue leave something.
+    Were these right, nothing could: laws that stand in for one of no catalogue leave something. And two of them, of
+    which each might have been any, are a coincidence that one is not.
     """
-    return any(h.advantage(names) > STRONG for c, h in alone.fitted if len(c.knots) <= MOST)
+    spared = _price(alone.base, names) + 2.0 * surprise * (len(names.effects) - 1)
+    told = [(h, price) for (c, h), price in zip(alone.fitted, alone.prices, strict=True) if len(c.knots) <= MOST]
+    return any(h.fall(names) - 2.0 * price + spared > STRONG for h, price in told)
+
+
+def _price(plain: Hypothesis, names: Hypothesis) -> float:
+    """Return what the numbers of names cost, as twice a log of odds: of each what the mismatch tells (Schwarz)."""
+    return (names.parameters - plain.parameters) * log(max(plain.chi2 - names.chi2, LEAST_TOLD))
 
 
 def _goes_on(bench: Bench, hypothesis: Hypothesis) -> bool:

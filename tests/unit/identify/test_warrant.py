@@ -85,6 +85,7 @@ def test_no_name_is_earned_where_a_correction_elsewhere_does_better_without_it(
     ("count", "promised", "alone", "earned"),
     [
         (2, 0.0, -2000.0, False),  # were two names right, no single correction could do better
+        (2, 0.0, 5.0, False),  # nor as well: that two laws came together is a coincidence
         (2, 0.0, 20.0, True),
         (1, 1.1, -2000.0, False),  # nor were one
         (1, 1.1, 20.0, True),
@@ -103,7 +104,7 @@ def test_no_names_are_earned_where_one_correction_does_better_alone(
     promise = Suspect(LEVEL, np.ones(3), np.full(3, promised * 2e5 / 3.0), {})
 
     def left(_: Bench, hypothesis: object) -> Located:
-        return Located(base, ((LEVEL, better),), 1e-12) if hypothesis is base else Located(names, (), 1.0)
+        return Located(base, ((LEVEL, better),), 1e-12, (5.0,)) if hypothesis is base else Located(names, (), 1.0)
 
     monkeypatch.setattr(Bench, "suspects", lambda bench, base: [promise])
     monkeypatch.setattr("identify.explain.warrant.located", left)
