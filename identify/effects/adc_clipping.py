@@ -32,7 +32,7 @@ class AdcClipping(Limit):
     axis = "level of y"
     fingerprint = "flat at a fixed y"
     places = (Place.SENSE,)
-    elsewhere = (Place.F,)
+    elsewhere: ClassVar = {Place.F: "saturation"}
     declared = (UPPER, LOWER)
     confused_with = (
         Confusion(

@@ -30,7 +30,7 @@ class AdcNonlinearity(Effect):
     axis = "level of y"
     fingerprint = "depends on y only, at any frequency"
     places = (Place.SENSE,)
-    elsewhere = (Place.F,)
+    elsewhere: ClassVar = {Place.F: "curved_border"}
     forms = tuple(LAWS)
     declared = (K2, K3)
     absent: ClassVar = {"k2": 0.0, "k3": 0.0}

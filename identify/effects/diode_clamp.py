@@ -43,7 +43,7 @@ class DiodeClamp(Effect):
     axis = "level of w"
     fingerprint = "exponential knee of fixed voltage, one small slope beyond it"
     places = (Place.F,)
-    elsewhere = (Place.SENSE,)
+    elsewhere: ClassVar = {Place.SENSE: "adc_nonlinearity"}
     forms = ("upper", "lower", "both", "upper, resistor", "lower, resistor", "both, resistor")
     declared = (KNEE, N_VT, SLOPE)
     absent: ClassVar = {"knee": 1e9, "n_vt": 1e6, "slope": 0.0}

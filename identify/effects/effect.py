@@ -54,7 +54,7 @@ class Effect(Stage):
     fingerprint: ClassVar[str]
     places: ClassVar[tuple[Place, ...]]
     brings: ClassVar[tuple[str, ...]] = ()  # ids of blemishes of the readings that are its own doing
-    elsewhere: ClassVar[tuple[Place, ...]] = ()  # where the same law would be other physics than this
+    elsewhere: ClassVar[Mapping[Place, str]] = {}  # where the same law would be other physics, and its id if it has one
     by_chance: ClassVar[bool] = False  # whether its law is only the mean of what it does, and ``course`` one of many
     forms: ClassVar[tuple[str, ...]] = ("",)
     declared: ClassVar[tuple[Parameter, ...]]

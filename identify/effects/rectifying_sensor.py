@@ -27,7 +27,7 @@ class RectifyingSensor(Effect):
     axis = "level of y"
     fingerprint = "sign lost: a corner at y = 0"
     places = (Place.SENSE,)
-    elsewhere = (Place.F,)
+    elsewhere: ClassVar = {Place.F: "unequal_slopes"}
     declared = (LOST,)
     absent: ClassVar = {"lost": 0.0}
     confused_with = (

@@ -30,7 +30,7 @@ class Saturation(Limit):
     axis = "level of w"
     fingerprint = "flat at a fixed w, at any frequency"
     places = (Place.F,)
-    elsewhere = (Place.SENSE,)
+    elsewhere: ClassVar = {Place.SENSE: "adc_clipping"}
     declared = (UPPER, LOWER)
     confused_with = (
         Confusion(

@@ -41,6 +41,7 @@ class SlewLimit(Effect):
     fingerprint = "straight edges of fixed slope"
     quick = True
     places = (Place.F,)
+    elsewhere: ClassVar = {Place.G1: "", Place.SENSE: ""}  # an amplifier there is as likely to be too slow
     forms = ("", "rounded")
     declared = (RATE, LAG)
     absent: ClassVar = {"rate": float("inf"), "lag": 0.0}
@@ -78,8 +79,8 @@ class SlewLimit(Effect):
         return run, Ramp() if np.isfinite(most) else shape
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
-        """Return the limit, tried at shares of the fastest rate of w, that explains most."""
-        top = evidence.rates(Place.F)[-1]
+        """Return the limit, tried at shares of the fastest rate at its place, that explains most."""
+        top = evidence.rates(self.place)[-1]
         options = [{"rate": share * top} for share in SHARES]
         best = evidence.best(SlewLimit(self.place), options)
         if best and self.form:

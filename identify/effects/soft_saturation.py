@@ -38,7 +38,7 @@ class SoftSaturation(Effect):
     axis = "level of w"
     fingerprint = "compression before a level, the same at every frequency"
     places = (Place.F,)
-    elsewhere = (Place.SENSE,)
+    elsewhere: ClassVar = {Place.SENSE: "adc_nonlinearity"}
     forms = ("tanh both", "tanh upper", "tanh lower", "diode upper", "diode lower")
     declared = (LEVEL, KNEE, SLOPE)
     absent: ClassVar = {"level": 1e9, "knee": 1.0, "slope": 0.0}

@@ -12,7 +12,7 @@ from identify.explain.locate import Located, located
 from identify.explain.rivals import left_to_explain, unheard
 from identify.explain.round import FORETOLD, Round
 from identify.explain.suspect import MOST
-from identify.fit import Fit
+from identify.fit import Fit, chi_squared
 from identify.stage import Place
 
 NEGLIGIBLE = 0.05  # share of what an effect explains that may remain without casting doubt on its name
@@ -151,13 +151,21 @@ def misplaced(bench: Bench, hypothesis: Hypothesis) -> set[str]:
 
 
 def _known_at(bench: Bench, effect: Effect, place: Place) -> bool:
-    """Return whether the catalogue has a law for what ``effect`` would be at ``place``: fits compared them."""
-    alike = {confusion.id for confusion in effect.confused_with}
-    return any(kind.id in alike and place in kind.places for kind in bench.kinds)
+    """Return whether the catalogue has a name for what ``effect`` would be at ``place``: fits compared them."""
+    return any(kind.id == effect.elsewhere[place] for kind in bench.kinds)
 
 
 def _moved(bench: Bench, hypothesis: Hypothesis, moved: set[Effect], place: Place) -> float:
-    """Return the advantage of the same laws with some of them at another place."""
-    effects = tuple(replace(e, place=place) if e in moved else e for e in hypothesis.effects)
-    chain = bench.with_effects(effects, hypothesis.fit.chain.values)
-    return bench.fitted(chain, effects).advantage(hypothesis)
+    """Return the advantage of the same laws with some of them at another place.
+
+    The fit begins at the values they have, or at those one would begin with there: signals are of other sizes.
+    """
+    there = {e: replace(e, place=place) for e in moved}
+    effects = tuple(there.get(e, e) for e in hypothesis.effects)
+    begun = [bench.with_effects(effects, hypothesis.fit.chain.values)]
+    if len(moved) == 1:
+        ((effect, other),) = there.items()
+        evidence = bench.evidence(bench.without(hypothesis, effect)).seen_by(other)
+        begun += [begun[0].with_values(other.named(values)) for values in other.starts(evidence)]
+    start = min(begun, key=lambda chain: sum(chi_squared(chain, o) for o in bench.observations))
+    return bench.fitted(start, effects).advantage(hypothesis)

@@ -69,8 +69,11 @@ class Ripple(OneLine):
 
     @property
     def same_at(self) -> tuple[Place, ...]:
-        """Return its place; on plateaus v is u, and between them little is told of either."""
-        return (Place.SOURCE, Place.G1) if self.place is Place.SOURCE else super().same_at
+        """Return its place; on plateaus v is u, and between them little is told of either.
+
+        Behind the gap G2 leaves amplitude and phase free, and a signal that moves slower than the line is the same.
+        """
+        return (Place.SOURCE, Place.G1) if self.place is Place.SOURCE else (*super().same_at, Place.F)
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal times one plus the line."""

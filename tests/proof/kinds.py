@@ -210,6 +210,11 @@ def _slew(rng: Rng, reach: Reach) -> Scaled:
     return lambda strength: {"rate": fastest * (1.0 - 0.97 * strength)}
 
 
+def _warm_joint(rng: Rng, reach: Reach) -> Scaled:
+    tau = float(np.exp(rng.uniform(*np.log((0.05, 1.0)))))
+    return lambda strength: {"k": 0.05 * strength * reach.high_w_v, "tau": tau, "top": reach.high_w_v}
+
+
 def _rounded_slew(rng: Rng, reach: Reach) -> Scaled:
     """Return the draw of an amplifier that slews with rounded corners: the slower, the longer its lag is, too."""
     fastest, share = reach.speed_v * max(reach.rig.s_l, reach.rig.s_u), between(rng, 0.05, 0.5)
@@ -462,4 +467,7 @@ UNHEARD: tuple[Kind, ...] = (
     Kind("noisy_reference", "sense", "noisy_reference", _one("sd", lambda r: 0.1)),
     Kind("shared_supply", "sense", "shared_supply", lambda rng, r: lambda s: {"share": 0.2 * s, "top": r.u_v}),
     Kind("wandering_hold", "F", "wandering_hold", _one("sd", lambda r: r.high_w_v)),
+    Kind("slow_g1", "G1", "slow_g1", lambda rng, r: lambda s: {"rate": r.speed_v * (1.0 - 0.97 * s)}),
+    Kind("warm_joint", "sense", "warm_joint", _warm_joint),
+    Kind("dimmed_source", "source", "dimmed_source", _one("share", lambda r: 0.3)),
 )

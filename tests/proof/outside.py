@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from scipy.signal import lfilter
 
-from tests.proof.integrator import Array, play, read_when, sticking_play
+from tests.proof.integrator import Array, play, read_when, slewed, sticking_play
 from tests.proof.physics import Change, Place, Scene, borders, lag
 
 
@@ -274,6 +274,24 @@ def _pushed_about(lower, upper, step):  # type: ignore[no-untyped-def]  # compil
     return out
 
 
+def slow_g1(v: Array, scene: Scene) -> Array:
+    """Follow v by at most ``rate`` [V/s]: the amplifier of G1, not that of F, is too slow."""
+    return slewed(v, scene.values["rate"] * scene.grid.step_s)
+
+
+def warm_joint(y: Array, scene: Scene) -> Array:
+    """Add what a joint of two metals gives that y warms: ``k`` [V] times (y / top) squared, ``tau`` [s] late."""
+    share = -np.expm1(-1.0 / (scene.grid.rate_hz * scene.values["tau"]))
+    heat = lfilter([share], [1.0, share - 1.0], np.square(y / scene.values["top"]))
+    return y + scene.values["k"] * np.asarray(heat)
+
+
+def dimmed_source(drive: Array, scene: Scene) -> Array:
+    """Take ``share`` of u away for the first 3 ms of every half period of the mains, as beside a dimmer."""
+    time_s = scene.grid.start_s + (np.arange(drive.size) + 0.5) * scene.grid.step_s
+    return np.asarray(drive * (1.0 - scene.values["share"] * (np.mod(time_s, 0.01) < 0.003)))
+
+
 OUTSIDE: dict[str, tuple[Place, Change]] = {
     "reference_ripple": ("drive", reference_ripple),
     "source_line": ("drive", source_line),
@@ -310,4 +328,7 @@ OUTSIDE: dict[str, tuple[Place, Change]] = {
     "noisy_reference": ("y", noisy_reference),
     "shared_supply": ("y", shared_supply),
     "wandering_hold": ("play", wandering_hold),
+    "slow_g1": ("v", slow_g1),
+    "warm_joint": ("y", warm_joint),
+    "dimmed_source": ("drive", dimmed_source),
 }

@@ -10,13 +10,16 @@ from identify.explain.bench import Bench
 from identify.explain.locate import Located
 from identify.explain.round import Round
 from identify.explain.suspect import Suspect
-from identify.explain.warrant import warranted
+from identify.explain.warrant import misplaced, warranted
 from identify.stage import Place
 from identify.unnamed.correction import Correction
 from identify.unnamed.maps import LevelMap
 from identify.unnamed.timed import ClockMap
+from tests.proof.bench import LAWS
+from tests.proof.cases import Concealed
+from tests.proof.physics import slew_limit
 from tests.proof.rigs import OP_AMP
-from tests.proof.stimuli import FIG13_LEVELS_V, staircase
+from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
 from tests.trials import model_of, observed, recorded
 
 NOISE_V, TOLD = 0.010, 1e5
@@ -110,6 +113,28 @@ def test_no_names_are_earned_where_one_correction_does_better_alone(
     monkeypatch.setattr("identify.explain.warrant.located", left)
     found = warranted(bench, base, names, [Round(base, (), (names,), settled=names)])
     assert (found.hypothesis.effects == effects) is earned
+
+
+@pytest.mark.parametrize(("place", "strays"), [("v", True), ("w", False)])
+def test_a_law_that_does_better_where_it_is_other_physics_earns_no_name(
+    place: str, strays: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An amplifier of G1 that is too slow moves w, too, too slowly: nearly as one of F does."""
+    monkeypatch.setitem(LAWS, "slew_limit", (place, slew_limit))
+    slow = (Concealed("slew_limit", {"rate": 100.0 if place == "v" else 800.0}),)
+    runs = (sine("fast", 10.0, 4.0, 8, 2), staircase("walk", FIG13_LEVELS_V, 0.02))
+    seen = tuple(observed(recorded(OP_AMP, run, slow, NOISE_V, seed=3), NOISE_V) for run in runs)
+    bench = Bench(chain_of(model_of(OP_AMP)), seen, (), tuple(catalogue().values()))
+    effect = catalogue()["slew_limit"](Place.F)
+    named = bench.fitted(bench.with_effects([effect], {"slew_limit.rate": 800.0}), [effect])
+    assert misplaced(bench, named) == ({"slew_limit"} if strays else set())
+
+
+def test_what_a_law_is_called_elsewhere_is_a_law_there() -> None:
+    kinds = catalogue()
+    named = [(kind, place, other) for kind in kinds.values() for place, other in kind.elsewhere.items() if other]
+    assert len(named) >= 6
+    assert all(place in kinds[other].places and place not in kind.places for kind, place, other in named)
 
 
 @pytest.mark.parametrize(

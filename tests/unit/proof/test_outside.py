@@ -93,3 +93,20 @@ def test_a_hold_wanders_inside_the_gap_and_no_border_lets_it_out() -> None:
     assert np.all((w >= lower - 1e-12) & (w <= upper + 1e-12))
     first = T < 0.02  # before any border is met
     assert np.std(np.diff(w[first])) == pytest.approx(0.5 * np.sqrt(GRID.step_s), rel=0.2)
+
+
+def test_an_amplifier_of_g1_that_is_too_slow_goes_straight() -> None:
+    v = outside.slow_g1(np.where(T < 0.1, 0.0, 1.0), scene(rate=10.0))
+    assert np.allclose(v, np.clip(10.0 * (T - 0.1), 0.0, 1.0), atol=2.0 * 10.0 * GRID.step_s)
+
+
+def test_a_joint_warms_with_the_square_of_the_reading() -> None:
+    y = outside.warm_joint(np.full(400, -2.0), scene(k=0.1, tau=0.05, top=4.0))
+    assert y[[0, 49, -1]] == pytest.approx(-2.0 + 0.025 * -np.expm1(np.array([-1.0, -50.0, -400.0]) / 50.0), rel=1e-6)
+
+
+def test_a_dimmed_source_lacks_a_share_in_every_half_period_of_the_mains() -> None:
+    u = outside.dimmed_source(np.full(T.size, 2.0), scene(share=0.1))
+    assert set(np.round(u, 9)) == {1.8, 2.0}
+    assert np.mean(u < 1.9) == pytest.approx(0.3, abs=0.01)
+    assert u[0] == pytest.approx(1.8)  # the clock of the runs starts with the mains
