@@ -44,31 +44,38 @@ def by_chance(
 
     No more in any run than is there, in what changes while F rests as in all else, and of that no more than a
     ``share``, that of what differs from repeat to repeat. Where F never moves, nothing in front of it makes any. None
-    at all where they make not nearly all of what differs, or where most of what drifts while F rests is not of their
-    making: something else does it.
+    at all where they make not nearly all of what differs, or where most of what drifts while F rests, or between a
+    repeat and the next, is not of their making: something else does it.
     """
     if share <= 0.0 or not any(effect.by_chance for effect in effects):
         return 0.0
-    total, differs, drifts = 0.0, 0.0, np.zeros(2)
+    total, differs, drifts, anew = 0.0, 0.0, np.zeros(2), np.zeros(2)
     for number, o in enumerate(observations):
         made = scatter_in(chain, effects, o, number)
-        left, use = whitened(o, o.residual(chain))[: made.size], o.use[: made.size]
+        residual = o.residual(chain)
+        left, use = whitened(o, residual)[: made.size], o.use[: made.size]
         rests = _stretches(resting(chain, o)[: made.size] & use)
         moves, makes = _changes(left, rests), _changes(made, rests)
-        there, its = _apart(left, moves, use), _apart(made, makes, use)
+        there, mine = _apart(left, moves, use), _apart(made, makes, use)
         noise = np.array([np.count_nonzero(rests), np.count_nonzero(use & (rests == 0))])
         beyond, part = share * np.maximum(there - noise, 0.0), o.count / max(int(np.count_nonzero(use)), 1)
-        total += part * float(np.sum(np.minimum(MORE * its, beyond)))
+        total += part * float(np.sum(np.minimum(MORE * mine, beyond)))
         differs += part * float(np.sum(beyond))
-        drifts += _drifts(moves, makes, rests, max(round(DRIFT_S * o.trace.rate_hz), 1))
-    return total if total >= NEARLY * differs and drifts[1] <= MOSTLY * drifts[0] else 0.0
+        window = max(round(DRIFT_S * o.trace.rate_hz), 1)
+        drifts += _drifts(moves, makes, rests, window)
+        for once, again, both in compared(o, residual):
+            if again.stop <= made.size:
+                its, new = ((each[once] - each[again]) / sqrt(2.0) for each in (made, left))
+                anew += _drifts(new, its, _stretches(both), window)
+    others = drifts[1] > MOSTLY * drifts[0] or anew[1] > MOSTLY * anew[0]
+    return 0.0 if others or total < NEARLY * differs else total
 
 
 def _drifts(left: Array, made: Array, stretches: NDArray[np.int64], window: int) -> Array:
     """Return how much of what is ``left`` drifts within stretches, and of that is not ``made``, shape (2,).
 
-    Both are given as their changes within stretches; what windows' means move by is a drift. Of the noise there is one
-    square in every window, however large that was taken to be.
+    Both are given as their changes within stretches, or from repeat to repeat; what windows' means move by is a drift.
+    Of the noise there is one square in every window, however large that was taken to be.
     """
     inside = np.flatnonzero(stretches)
     begins = np.flatnonzero(np.diff(stretches[inside], prepend=0) | np.diff(inside // window, prepend=-1))

@@ -26,7 +26,7 @@ BESIDE, AROUND = 17, 201  # readings whose median is the level, and whose median
 THRESHOLDS = (4.5, 5.0, 5.5, 6.5, 8.0)  # standard deviations
 CONVINCING = 1e-6  # chance of so many readings that far out
 DISTURBED = 1.3  # times the overall scatter: the model fails there, and no reading is judged
-FOLLOWING = 3.0  # times as often as in noise that a reading may be the median of those about it: else it goes elsewhere
+FOLLOWING = 2.0  # times as often as in noise that a reading may be the median of those about it: else it goes elsewhere
 STANDS_OUT = 2.0  # times the readings on either side: a corner that the model rounds is not one reading
 FLICKER = 0.35  # of an LSB: as a standard deviation it leaves one step of the ADC within every threshold
 ALONE = 1.0  # sd that spikes may be smaller than the threshold: else they are the tail of something else
@@ -96,15 +96,23 @@ def outliers(trace: Trace, residual: Array, lsb_v: float = 0.0) -> Outliers:
     use = good(trace)
     alone = residual - median_filter(residual, BESIDE, mode="nearest")
     deviation = np.abs(alone)
-    sd_v = max(TO_SD / AMONG * float(np.median(deviation[use])) if use.any() else 0.0, FLICKER * lsb_v)
-    if lsb_v and use.any():  # the median of readings in steps is a step, too
-        sd_v = max(sd_v, float(np.quantile(deviation[use], MOSTLY)) / MOSTLY_SD)
+    sd_v = _scatter(deviation[use], lsb_v)
+    if lsb_v < sd_v:  # the median of readings in steps is a step, too
+        share = uniform_filter1d((deviation == 0.0).astype(np.float64), AROUND, mode="nearest")
+        use = np.asarray(use & (share < FOLLOWING / BESIDE), dtype=np.bool_)
+        sd_v = _scatter(deviation[use], lsb_v)
     calm = TO_SD * median_filter(deviation, AROUND, mode="nearest") <= DISTURBED * sd_v
-    if lsb_v < sd_v:
-        calm &= uniform_filter1d((deviation == 0.0).astype(np.float64), AROUND, mode="nearest") < FOLLOWING / BESIDE
     answer = trace.y[:] - residual
     moves = uniform_filter1d(np.abs(np.diff(answer, prepend=answer[:1])), BESIDE, mode="nearest")
     return Outliers(trace, alone / (sd_v or np.inf), sd_v, use & calm & ~_jumps(trace.u[:]), moves)
+
+
+def _scatter(deviation: Array, lsb_v: float) -> float:
+    """Return the standard deviation, V, of readings that lie so far from the median of those about each."""
+    if not deviation.size:
+        return FLICKER * lsb_v
+    sd_v = max(TO_SD / AMONG * float(np.median(deviation)), FLICKER * lsb_v)
+    return max(sd_v, float(np.quantile(deviation, MOSTLY)) / MOSTLY_SD) if lsb_v else sd_v
 
 
 def _jumps(u: Array) -> Mask:

@@ -214,6 +214,11 @@ class Trailing(Correction):
         """Return the rate of the signal at the place."""
         return LEVELS[self.place].replace("level", "rate")
 
+    @property
+    def same_at(self) -> tuple[Place, ...]:
+        """Return its place; what G2 puts out is what is read."""
+        return (Place.G2, Place.SENSE) if self.place is Place.G2 else super().same_at
+
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal less what is behind."""
         last: float | None = None

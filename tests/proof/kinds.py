@@ -470,4 +470,5 @@ UNHEARD: tuple[Kind, ...] = (
     Kind("slow_g1", "G1", "slow_g1", lambda rng, r: lambda s: {"rate": r.speed_v * (1.0 - 0.97 * s)}),
     Kind("warm_joint", "sense", "warm_joint", _warm_joint),
     Kind("dimmed_source", "source", "dimmed_source", _one("share", lambda r: 0.3)),
+    Kind("scattered_gap", "F", "scattered_gap", _one("sd", lambda r: 0.3 * r.rig.half_gap_v)),
 )

@@ -292,6 +292,17 @@ def dimmed_source(drive: Array, scene: Scene) -> Array:
     return np.asarray(drive * (1.0 - scene.values["share"] * (np.mod(time_s, 0.01) < 0.003)))
 
 
+def scattered_gap(v: Array, scene: Scene) -> Array:
+    """Let every turn of v find another gap: both crossings further out by a chance of ``sd`` [V], anew at each turn."""
+    rig, way = scene.rig, np.sign(np.diff(v, prepend=0.0))
+    moving = np.flatnonzero(way)
+    turn = np.zeros(v.size, dtype=np.intp)
+    turn[moving] = np.concatenate([[0], np.cumsum(np.diff(way[moving]) != 0.0)]) if moving.size else 0
+    turn = np.maximum.accumulate(turn)
+    wider = scene.rng_of_run.normal(0.0, scene.values["sd"], int(turn[-1]) + 1)[turn]
+    return play(rig.s_l * (v - rig.d_l_v - wider), rig.s_u * (v - rig.d_u_v + wider), 0.0, 1.0, 0.0)
+
+
 OUTSIDE: dict[str, tuple[Place, Change]] = {
     "reference_ripple": ("drive", reference_ripple),
     "source_line": ("drive", source_line),
@@ -331,4 +342,5 @@ OUTSIDE: dict[str, tuple[Place, Change]] = {
     "slow_g1": ("v", slow_g1),
     "warm_joint": ("y", warm_joint),
     "dimmed_source": ("drive", dimmed_source),
+    "scattered_gap": ("play", scattered_gap),
 }

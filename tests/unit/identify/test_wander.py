@@ -69,6 +69,23 @@ def test_what_comes_back_with_the_stimulus_or_drifts_while_f_rests_is_not_chance
     assert believed((NOISY,), (physics,), segments) is may
 
 
+@pytest.mark.parametrize(("physics", "may"), [
+    (Concealed("process_noise", {"sd": SD_V, "bandwidth": 300.0}), True),
+    (Concealed("scattered_gap", {"sd": SD_V}), False),
+], ids=["noise", "turns"])  # fmt: skip
+def test_what_no_repeat_brings_back_has_to_drift_as_the_law_makes_it(physics, may):
+    """A gap that is another after every turn differs from repeat to repeat, too, but for a whole branch alike."""
+    walk = staircase("walk", FIG13_LEVELS_V, 0.05, 2)
+    trace = replace(recorded(OP_AMP, walk, (physics,), NOISE_V, fine=8), steps=steps_of(walk.segments))
+    run, plain = observed(trace, NOISE_V, 4), chain_of(model_of(OP_AMP))
+    held = [p.name for p in plain.parameters() if p.name not in ("F.D_L", "F.D_U")]
+    plain = fit(plain, [run], fixed=held).chain
+    chain = NOISY.put_in(plain, {"sd": SD_V, "bandwidth": 300.0})
+    chain = as_large(chain, NOISY, (run,), chi_squared(plain, run) - run.count)
+    chain = fit(chain, [run], fixed=[*held, "process_noise.sd", "process_noise.bandwidth"]).chain
+    assert (by_chance(chain, (NOISY,), (run,)) > 0.0) is may
+
+
 @pytest.fixture(scope="module")
 def noisy() -> Bench:
     chain = chain_of(model_of(OP_AMP))
@@ -246,7 +263,7 @@ def test_noise_that_first_order_does_not_ask_for_is_begun_with_all_the_same(nois
 def test_a_fit_of_what_acts_by_chance_begins_as_large_as_makes_what_differs(noisy, monkeypatch):
     promises = []
     monkeypatch.setattr("identify.explain.bench.hopeful", lambda screened, runs: [])
-    monkeypatch.setattr(Bench, "raced", lambda self, base, worth: promises.extend(worth) or [])
+    monkeypatch.setattr("identify.explain.bench.raced", lambda bench, base, worth: promises.extend(worth) or [])
     base = noisy.fitted(noisy.plain, ())
     noisy.round(base)
     (begun,) = promises

@@ -110,3 +110,13 @@ def test_a_dimmed_source_lacks_a_share_in_every_half_period_of_the_mains() -> No
     assert set(np.round(u, 9)) == {1.8, 2.0}
     assert np.mean(u < 1.9) == pytest.approx(0.3, abs=0.01)
     assert u[0] == pytest.approx(1.8)  # the clock of the runs starts with the mains
+
+
+def test_every_turn_finds_another_gap() -> None:
+    v = 3.0 * np.sin(2.0 * np.pi * 10.0 * T)
+    w, ideal = (outside.scattered_gap(v, scene(sd=sd)) for sd in (0.1, 0.0))
+    assert np.allclose(ideal, ideal_play(v, scene()))
+    top = np.searchsorted(T, 0.025 + 0.1 * np.arange(4))  # of every period
+    tops = (w - ideal)[top]
+    assert len(set(np.round(tops, 6))) == 4
+    assert 0.02 < np.std(tops) / OP_AMP.s_l < 0.5
