@@ -162,7 +162,7 @@ LIBRARY = (
 )  # fmt: skip
 
 OUTSIDE = (
-    _unknown("stick_slip", OP_AMP, 159, "stick_slip", {"stuck": 0.83}),
+    _unknown("crosstalk", OP_AMP, 159, "crosstalk", {"size": 0.2, "level": 0.7}),
 )
 
 PAIRS = (

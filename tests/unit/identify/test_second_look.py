@@ -3,8 +3,6 @@
 import sys
 from dataclasses import replace
 
-import pytest
-
 from identify.effects import catalogue, chain_of
 from identify.explain import explain
 from identify.explain.bench import Bench
@@ -23,11 +21,10 @@ from tests.trials import model_of, observed, recorded
 WAY = sys.modules[explain.__module__]  # the package has the function under its name
 RAILS = (Concealed("saturation", {"upper": 9.0, "lower": -9.0}),)
 RUNS = (staircase("walk", FIG13_LEVELS_V, 0.015, 2),)
-EVERYTHING = tuple(catalogue())
 
 
-@pytest.mark.parametrize("left_out", [EVERYTHING, ("hum",)])
-def test_a_second_look_is_believed_unless_it_sees_less(left_out, monkeypatch):
+def test_a_second_look_is_believed_unless_it_sees_less(monkeypatch):
+    left_out = tuple(catalogue())
     train = [recorded(OP_AMP, run, RAILS, 0.01, i, 2.0 * i, 8) for i, run in enumerate(RUNS)]
     test = [recorded(OP_AMP, sine("other", 12.5, 3.0, 2, 1), RAILS, 0.01, 9, 9.0, 8)]
     once, looks = WAY._looked_again, []
@@ -51,13 +48,6 @@ def test_a_loss_that_a_lag_hides_is_asked_first_and_all_the_rest_once(monkeypatc
     told = explain(model_of(case.nominal), *parted(record(case)))
     assert (told.verdict, {finding.id for finding in told.effects}) == ("explained", {"dead_time", "missing_samples"})
     assert searched == [1]
-
-
-def test_a_wandering_level_is_not_taken_for_noise_in_front_of_the_gap():
-    """Noise of a slope near 2 makes repeats differ nearly as such noise does, which was told with 0.997."""
-    case = drawn(Key(65, "single", "coloured_noise", 2), known_effects())
-    told = explain(model_of(case.nominal), *parted(record(case)))
-    assert (told.verdict, [finding.id for finding in told.effects]) == ("explained", ["coloured_noise"])
 
 
 def test_blemishes_are_looked_for_beside_what_is_unnamed_but_not_beside_what_goes_with_the_clock():
