@@ -26,7 +26,7 @@ from tests.trials import model_of
 
 EXPLAINED = {
     "consistent": "clean, op-amp", "one effect": "saturation", "two effects": "saturation and hum",
-    "undecided": "extra_pole, G1", "unnamed": "stick_slip", "linear F": "backlash",
+    "undecided": "extra_pole, G1", "unnamed": "crosstalk", "linear F": "backlash",
 }  # fmt: skip
 CASE = {case.name: case for case in CASES}
 
