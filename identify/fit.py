@@ -177,8 +177,7 @@ class _Problem:
         """Return chi-squared plus prior; infinity where the chain cannot be simulated."""
         total = float(np.sum(np.square(theta / self.prior_sd)))
         total += self.pull.cost(self.at(theta)) if self.pull else 0.0
-        for observation in self.observations:
-            total += chi_squared(self.at(theta), observation)
+        total += total_chi_squared(self.at(theta), self.observations)
         return total if np.isfinite(total) else float("inf")
 
     def normal(self, theta: Array) -> tuple[NDArray[np.float64], Array]:
@@ -214,6 +213,11 @@ def chi_squared(chain: Chain, observation: Observation) -> float:
     except (ValueError, ArithmeticError, LinAlgError):
         return float("inf")
     return total
+
+
+def total_chi_squared(chain: Chain, observations: Sequence[Observation]) -> float:
+    """Return ``chi_squared`` of all observations together."""
+    return sum(chi_squared(chain, observation) for observation in observations)
 
 
 def _search(problem: _Problem, theta: Array, iterations: int, valleys: bool, enough: float) -> Fit:

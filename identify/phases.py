@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from identify.chain import Chain, local_name
-from identify.fit import chi_squared
+from identify.fit import chi_squared, total_chi_squared
 from identify.observe import Observation
 from identify.stage import Parameter
 
@@ -41,7 +41,7 @@ def _around(chain: Chain, name: str, here: float, observations: Sequence[Observa
     """Return the chain with one angle at the best of a few values."""
     angles = here + np.linspace(0.0, 2.0 * np.pi, STARTS, endpoint=False)[1:]
     options = [chain, *(chain.with_values({name: float(angle)}) for angle in angles)]
-    return min(options, key=lambda option: sum(chi_squared(option, o) for o in observations))
+    return min(options, key=lambda option: total_chi_squared(option, observations))
 
 
 def turned_sines(chain: Chain, observations: Sequence[Observation], names: Sequence[str]) -> Chain:

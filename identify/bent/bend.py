@@ -17,7 +17,7 @@ from identify.bent.border import Border, of_points
 from identify.bent.curved import SIDES, CurvedPlay
 from identify.blocks import Play
 from identify.chain import Chain
-from identify.fit import Fit, chi_squared, fit
+from identify.fit import Fit, fit, total_chi_squared
 from identify.identifiability.visits import visits
 from identify.model import CurvedBacklash, Points
 from identify.observe import Observation
@@ -156,7 +156,7 @@ def centre_of(found: Fit, chain: Chain) -> dict[str, float]:
 def judged(fits: Mapping[int, Fit], observations: Sequence[Observation]) -> tuple[Order, ...]:
     """Return what the criteria make of fits by their number of knots."""
     count = sum(o.count for o in observations)
-    chi = {knots: sum(chi_squared(found.chain, o) for o in observations) for knots, found in fits.items()}
+    chi = {knots: total_chi_squared(found.chain, observations) for knots, found in fits.items()}
     closest = min(chi, key=lambda knots: chi[knots])
     beyond_noise = inflation(fits[closest].chain, observations) ** 2
     rows = []

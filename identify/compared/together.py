@@ -18,7 +18,7 @@ from scipy.stats import chi2, f
 from identify.chain import Chain
 from identify.coordinate import Coordinate
 from identify.derivatives.sensitivities import sensitivities
-from identify.fit import Fit, chi_squared
+from identify.fit import Fit, total_chi_squared
 from identify.identification import Identification
 from identify.interval import number
 from identify.observe import Observation
@@ -53,7 +53,7 @@ class Side:
 
     def chi2(self, chain: Chain) -> float:
         """Return chi-squared of a chain, per square of the factor on intervals; infinity where it cannot be."""
-        return sum(chi_squared(chain, o) for o in self.observations) / self.wider**2
+        return total_chi_squared(chain, self.observations) / self.wider**2
 
     def normal(self, chain: Chain, scales: dict[str, float]) -> tuple[NDArray[np.float64], Array]:
         """Return the normal matrix and the right side of the named values, each in steps of its scale."""

@@ -9,7 +9,7 @@ from identify.blocks import Source
 from identify.chain import Chain
 from identify.comb import FINEST, centred, comb, rounded
 from identify.effects.effect import Confusion, Effect
-from identify.fit import chi_squared
+from identify.fit import total_chi_squared
 from identify.stage import Grid, Parameter, Place, Run, Shape, Values, memoryless
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ class DacQuantisation(Effect):
         for _ in range(ZOOMS):
             near = [centred(chain.values[LSB.name] * (1.0 + reach * share)) for share in np.linspace(-1.0, 1.0, TRIED)]
             options = [chain, *(chain.with_values({LSB.name: lsb}) for lsb in near)]
-            chain = min(options, key=lambda option: sum(chi_squared(option, o) for o in observations))
+            chain = min(options, key=lambda option: total_chi_squared(option, observations))
             reach /= CLOSER_STILL
         return chain
 

@@ -10,7 +10,7 @@ from identify.effects import catalogue
 from identify.effects.effect import Effect
 from identify.evidence import Evidence
 from identify.explain.explanation import Explanation, Finding
-from identify.fit import Fit, chi_squared, fit
+from identify.fit import Fit, fit, total_chi_squared
 from identify.observe import Observation, refined
 from identify.phases import angles_of, scanned
 
@@ -87,7 +87,7 @@ def _contender(
     if found is None:
         return Contender(member.id, member.stage, member.probability, exact=exact)
     found = fitted(told, found.chain, grids)
-    chi2, substeps = sum(chi_squared(found.chain, o) for o in grids), max(o.substeps for o in grids)
+    chi2, substeps = total_chi_squared(found.chain, grids), max(o.substeps for o in grids)
     return Contender(member.id, member.stage, member.probability, effect, found, chi2, exact, substeps)
 
 

@@ -8,7 +8,7 @@ from identify.explain.bench import Bench
 from identify.explain.hypothesis import WORTH, Hypothesis
 from identify.explain.race import NEAR, SPRINT, raced
 from identify.explain.round import COMPARED, Round, ranked
-from identify.fit import chi_squared
+from identify.fit import total_chi_squared
 
 STEPPED = 5  # rivals that are fitted again on a finer grid
 
@@ -38,6 +38,6 @@ def decided(bench: Bench, this: Round) -> tuple[Bench, Round]:
 def overtaking(bench: Bench, this: Round, best: float, base: Hypothesis) -> list[Hypothesis]:
     """Fit what was passed over on the samples' grid and on this one comes near ``best`` before it is fitted."""
     with np.errstate(over="ignore", invalid="ignore"):
-        left = [(p, sum(chi_squared(p.chain, o) for o in bench.observations)) for p in this.passed_over]
+        left = [(p, total_chi_squared(p.chain, bench.observations)) for p in this.passed_over]
     near = [p for p, chi2 in left if chi2 - p.slack < best + COMPARED]
     return [h for h in raced(bench, base, near) if bench.possible(h)]

@@ -17,7 +17,7 @@ from identify.explain.hypothesis import Hypothesis
 from identify.explain.round import FORETOLD
 from identify.explain.suspect import LEVEL, MOST, Suspect, contenders, finer, overlooked, unexplained
 from identify.explain.wander import all_wanders
-from identify.fit import chi_squared
+from identify.fit import total_chi_squared
 from identify.phases import turned_sines
 from identify.stage import Place
 from identify.unnamed.correction import Correction
@@ -174,9 +174,9 @@ def fitted_from(bench: Bench, base: Hypothesis, found: Suspect, iterations: int 
     still = found.correction.put_in(base.fit.chain)
     solved = still.with_values(found.values)
     if len(found.correction.knots) > MOST:  # a table as fine as the data holds the answer already
-        chi2 = sum(chi_squared(solved, o) for o in bench.observations)
+        chi2 = total_chi_squared(solved, bench.observations)
         return replace(base, fit=replace(base.fit, chain=solved), chi2=chi2)
-    helps = sum(chi_squared(solved, o) for o in bench.observations) < base.chi2
+    helps = total_chi_squared(solved, bench.observations) < base.chi2
     fitted = bench.fitted(solved if helps else still, base.effects, iterations)
     if not found.correction.searched:
         return fitted

@@ -10,7 +10,6 @@ from math import log
 import numpy as np
 from scipy.stats import norm
 
-from identify.chain import signals
 from identify.evidence import Evidence
 from identify.explain.corrections import free_name
 from identify.stage import Place
@@ -30,8 +29,7 @@ def narrow(evidence: Evidence) -> tuple[BrokenMap, float] | None:
 
     Beside it the log of among how many like it it was chosen.
     """
-    runs = [(o, signals(evidence.chain, o.trace)[-1]) for o in evidence.observations]
-    level = np.concatenate([answer[o.use] for o, answer in runs])
+    level, _ = evidence.compared_v
     size = max(level.size // BLOCKS, LEAST)
     order = np.argsort(level, kind="stable")[: level.size // size * size]
     if order.size // size < 4 * WIDEST:

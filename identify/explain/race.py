@@ -7,11 +7,10 @@ from collections.abc import Sequence
 from operator import itemgetter
 from typing import TYPE_CHECKING
 
-from identify.chain import Chain
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.promise import Promise
 from identify.explain.round import COMPARED, FAR
-from identify.fit import chi_squared
+from identify.fit import total_chi_squared
 from identify.phases import angles_of, scanned
 
 if TYPE_CHECKING:
@@ -77,7 +76,8 @@ def _extended(bench: "Bench", base: Hypothesis, promise: Promise) -> Hypothesis:
     effects = (*base.effects, effect)
     angles = angles_of(effect.parameters())  # those of others are fitted already
     apart = promise.chain.with_values(base.fit.chain.values)
-    (left, start), (_, other) = sorted(((_left(bench, c), c) for c in (promise.chain, apart)), key=itemgetter(0))
+    starts = ((total_chi_squared(chain, bench.observations), chain) for chain in (promise.chain, apart))
+    (left, start), (_, other) = sorted(starts, key=itemgetter(0))
     found = bench.fitted(scanned(start, bench.observations, angles), effects, SPRINT)
     if left > base.chi2 and base.chi2 - found.chi2 < KEPT * promise.gain:
         again = bench.fitted(scanned(other, bench.observations, angles), effects, SPRINT)
@@ -90,8 +90,3 @@ def _extended(bench: "Bench", base: Hypothesis, promise: Promise) -> Hypothesis:
         if found.chi2 > before.chi2 - DECISIVE:
             return min((before, found), key=lambda h: h.chi2)
     return found
-
-
-def _left(bench: "Bench", chain: Chain) -> float:
-    """Return the chi-squared of a chain as it is."""
-    return sum(chi_squared(chain, o) for o in bench.observations)

@@ -12,7 +12,7 @@ from identify.explain.locate import Located, located
 from identify.explain.rivals import left_to_explain, unheard
 from identify.explain.round import FORETOLD, Round
 from identify.explain.suspect import MOST
-from identify.fit import Fit, chi_squared
+from identify.fit import Fit, total_chi_squared
 from identify.stage import Place
 
 NEGLIGIBLE = 0.05  # share of what an effect explains that may remain without casting doubt on its name
@@ -167,5 +167,5 @@ def _moved(bench: Bench, hypothesis: Hypothesis, moved: set[Effect], place: Plac
         ((effect, other),) = there.items()
         evidence = bench.evidence(bench.without(hypothesis, effect)).seen_by(other)
         begun += [begun[0].with_values(other.named(values)) for values in other.starts(evidence)]
-    start = min(begun, key=lambda chain: sum(chi_squared(chain, o) for o in bench.observations))
+    start = min(begun, key=lambda chain: total_chi_squared(chain, bench.observations))
     return bench.fitted(start, effects).advantage(hypothesis)

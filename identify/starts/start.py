@@ -7,7 +7,7 @@ import numpy as np
 
 from identify.blocks import Play
 from identify.chain import Chain
-from identify.fit import chi_squared
+from identify.fit import total_chi_squared
 from identify.identification import StairPoint
 from identify.model import Model
 from identify.observe import Observation
@@ -43,4 +43,4 @@ def started(model: Model, chain: Chain, observations: Sequence[Observation], sta
         return chain
     from_stairs = borders(stairs, model.g1.dc_gain, model.g2.dc_gain)
     other = chain.with_values({k: v for k, v in from_stairs.items() if k not in model.fixed and "F" not in model.fixed})
-    return min((chain, other), key=lambda c: sum(chi_squared(c, o) for o in observations))
+    return min((chain, other), key=lambda c: total_chi_squared(c, observations))

@@ -358,7 +358,7 @@ def test_a_run_after_one_left_early_is_its_own(device: Device) -> None:
     for block in device.stream(fitting(device, -waves(60_000)), rate_of(device), LIMITS):
         if block.y.size:
             break
-    assert np.array_equal(recorded_in_time(device, waves(), RATE_HZ), whole)
+    assert np.array_equal(record(device, waves()), whole)
 
 
 def test_the_caller_is_never_kept_waiting_long(device: Device) -> None:

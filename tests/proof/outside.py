@@ -8,19 +8,24 @@ import numpy as np
 from numba import njit
 from scipy.signal import lfilter
 
-from tests.proof.integrator import Array, play, read_when, slewed, sticking_play
-from tests.proof.physics import Change, Place, Scene, borders, lag
+from tests.proof.integrator import Array, play, read_when, sticking_play
+from tests.proof.physics import Change, Place, Scene, borders, lag, slew_limit
+
+
+def _clock_s(signal: Array, scene: Scene) -> Array:
+    """Return the clock that all runs share in the middle of every step of a signal, s."""
+    return np.asarray(scene.grid.start_s + (np.arange(signal.size) + 0.5) * scene.grid.step_s)
 
 
 def reference_ripple(drive: Array, scene: Scene) -> Array:
     """Let the DAC's reference ripple: u times 1 + share sin(2 pi f t), locked to the clock."""
-    time_s = scene.grid.start_s + (np.arange(drive.size) + 0.5) * scene.grid.step_s
+    time_s = _clock_s(drive, scene)
     return drive * (1.0 + scene.values["share"] * np.sin(2.0 * np.pi * scene.values["frequency"] * time_s))
 
 
 def source_line(drive: Array, scene: Scene) -> Array:
     """Add a line to u, ``amplitude`` [V] at ``frequency`` [Hz], as the converter in a generator's supply does."""
-    time_s = scene.grid.start_s + (np.arange(drive.size) + 0.5) * scene.grid.step_s
+    time_s = _clock_s(drive, scene)
     return drive + scene.values["amplitude"] * np.sin(2.0 * np.pi * scene.values["frequency"] * time_s)
 
 
@@ -274,11 +279,6 @@ def _pushed_about(lower, upper, step):  # type: ignore[no-untyped-def]  # compil
     return out
 
 
-def slow_g1(v: Array, scene: Scene) -> Array:
-    """Follow v by at most ``rate`` [V/s]: the amplifier of G1, not that of F, is too slow."""
-    return slewed(v, scene.values["rate"] * scene.grid.step_s)
-
-
 def warm_joint(y: Array, scene: Scene) -> Array:
     """Add what a joint of two metals gives that y warms: ``k`` [V] times (y / top) squared, ``tau`` [s] late."""
     share = -np.expm1(-1.0 / (scene.grid.rate_hz * scene.values["tau"]))
@@ -288,7 +288,7 @@ def warm_joint(y: Array, scene: Scene) -> Array:
 
 def dimmed_source(drive: Array, scene: Scene) -> Array:
     """Take ``share`` of u away for the first 3 ms of every half period of the mains, as beside a dimmer."""
-    time_s = scene.grid.start_s + (np.arange(drive.size) + 0.5) * scene.grid.step_s
+    time_s = _clock_s(drive, scene)
     return np.asarray(drive * (1.0 - scene.values["share"] * (np.mod(time_s, 0.01) < 0.003)))
 
 
@@ -339,7 +339,7 @@ OUTSIDE: dict[str, tuple[Place, Change]] = {
     "noisy_reference": ("y", noisy_reference),
     "shared_supply": ("y", shared_supply),
     "wandering_hold": ("play", wandering_hold),
-    "slow_g1": ("v", slow_g1),
+    "slow_g1": ("v", slew_limit),  # the amplifier of G1 is too slow, not that of F
     "warm_joint": ("y", warm_joint),
     "dimmed_source": ("drive", dimmed_source),
     "scattered_gap": ("play", scattered_gap),

@@ -104,3 +104,14 @@ def test_physics_outside_the_library_is_proven_and_located_but_not_named(case: C
     assert found.location is not None
     assert found.remaining.stage == found.location.stage
     assert [(f.id, f.stage) for f in found.effects] == [("unnamed", PLACED[case.name])]
+
+
+def test_without_its_effect_in_the_catalogue_physics_ends_unnamed() -> None:
+    (case,) = (c for c in LIBRARY if c.name == "saturation")
+    (truth,) = case.expected
+    found = told(case, truth.id)
+    assert found.verdict == "unexplained"
+    shown = [f.id for f in found.effects]  # the corner of a rail is sharper than a free-form map: it may prove none
+    assert shown in (["unnamed"], [])
+    assert found.location is not None
+    assert truth.stage in (found.location.stage, *found.location.alternatives)

@@ -27,7 +27,7 @@ from identify.unnamed.linear import Filter, OneWay
 from identify.unnamed.maps import LevelMap, LevelTable, RateMap
 from identify.unnamed.timed import ClockMap
 from tests.proof.cases import Concealed
-from tests.proof.integrator import play
+from tests.proof.integrator import play, slewed
 from tests.proof.rigs import OP_AMP
 from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
 from tests.trials import model_of, observed, recorded
@@ -79,6 +79,24 @@ def test_a_supply_that_generator_and_adc_share_is_a_gain_that_goes_with_u() -> N
     assert (told.best.place, told.best.form) == (Place.SENSE, "gain over the source")
     assert told.share > 0.9
     assert set(told.places) >= {Place.SENSE, Place.G2}
+
+
+def test_a_buffer_that_cannot_follow_the_reading_may_be_of_g2_or_of_the_adc() -> None:
+    """What G2 puts out is what is read: only G2 was listed, and F."""
+    rng, seen = np.random.default_rng(2), []
+    for i, stimulus in enumerate((WALK, WAVE)):
+        trace = recorded(OP_AMP, stimulus, (), 0.0, i, 3.0 * i, 8)
+        slow = slewed(trace.y, 0.05)  # V a sample; the largest step is 0.08 V
+        seen.append(observed(replace(trace, y=slow + NOISE_V * rng.normal(size=trace.size)), NOISE_V, 1))
+    told = found(replace(bench(), observations=tuple(seen)))
+    assert told.best.form == "lag behind a rate"
+    assert {Place.G2, Place.SENSE} <= set(told.places)
+
+
+def test_a_gain_that_ripples_quickly_behind_the_gap_ripples_alike_before_g2_and_behind_it() -> None:
+    told = found(bench(Concealed("adc_ripple", {"share": 0.02, "frequency": 384.0})))
+    assert told.best.form == "ripple of the gain"
+    assert {Place.SENSE, Place.G2, Place.F} <= set(told.places)
 
 
 def test_a_slack_knob_of_the_generator_is_a_hysteresis_of_the_source() -> None:

@@ -10,9 +10,12 @@ from identify.explain.locate import located
 from identify.explain.warrant import Warranted
 from identify.stage import Place
 from identify.unnamed.timed import ClockMap
+from tests.proof.ask import known_effects, parted
+from tests.proof.bench import record
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
 from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
+from tests.proof.trial import Key, drawn
 from tests.trials import model_of, observed, recorded
 
 WAY = sys.modules[explain.__module__]  # the package has the function under its name
@@ -35,6 +38,16 @@ def test_a_second_look_is_believed_unless_it_sees_less(monkeypatch):
     told = explain(model_of(OP_AMP), train, test)
     assert looks == [(), left_out]
     assert (told.verdict, [finding.id for finding in told.effects]) == ("explained", ["saturation"])
+
+
+def test_a_loss_that_a_lag_hides_is_asked_first_and_all_the_rest_once(monkeypatch):
+    """It makes repeats differ, as noise in front of the gap would; that was tried first, for two minutes."""
+    case, searched = drawn(Key(62, "pair", "pair", 4), known_effects()), []
+    search = WAY._found
+    monkeypatch.setattr(WAY, "_found", lambda *asked: searched.append(1) or search(*asked))
+    told = explain(model_of(case.nominal), *parted(record(case)))
+    assert (told.verdict, {finding.id for finding in told.effects}) == ("explained", {"dead_time", "missing_samples"})
+    assert searched == [1]
 
 
 def test_blemishes_are_looked_for_beside_what_is_unnamed_but_not_beside_what_goes_with_the_clock():

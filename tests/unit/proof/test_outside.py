@@ -96,7 +96,9 @@ def test_a_hold_wanders_inside_the_gap_and_no_border_lets_it_out() -> None:
 
 
 def test_an_amplifier_of_g1_that_is_too_slow_goes_straight() -> None:
-    v = outside.slow_g1(np.where(T < 0.1, 0.0, 1.0), scene(rate=10.0))
+    place, slow = outside.OUTSIDE["slow_g1"]
+    v = slow(np.where(T < 0.1, 0.0, 1.0), scene(rate=10.0))
+    assert place == "v"
     assert np.allclose(v, np.clip(10.0 * (T - 0.1), 0.0, 1.0), atol=2.0 * 10.0 * GRID.step_s)
 
 
