@@ -30,7 +30,7 @@ os.environ[stopping.FOLDER_VARIABLE] = os.path.join(os.environ[FOLDER_VARIABLE],
 os.environ[calibration.FOLDER_VARIABLE] = os.path.join(os.environ[FOLDER_VARIABLE], "no calibrations")
 
 
-OF_DEVICES = ("wire", "contract", "hardware")
+OF_DEVICES = ("wire", "contract", "hardware", "test_pytest_plugin.py")
 USUAL, FIRST = os.getpriority(os.PRIO_PROCESS, 0), -10  # niceness of tests, and of those of devices with all they start
 UNCOUNTED = ("proof", "benchmarks", "test_real_recordings.py", "test_pressed.py")  # a signal may meet the count's lock
 LONGEST = ("proof", "test_real_recordings.py", "test_demo.py")

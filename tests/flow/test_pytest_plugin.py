@@ -84,8 +84,10 @@ def test_killed_tests_leave_the_output_safe(tmp_path: Path) -> None:
     with emulated(QUIET, watchdog_s=60.0) as board:
         options = ["-q", "--no-cov", "-p", "no:cacheprovider", "--rig-device", board.address, "test_it.py"]
         command = [sys.executable, "-m", "pytest", *options]
-        with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.DEVNULL) as tests:
-            assert within(30.0, (tmp_path / "playing").exists)
+        said, playing = tmp_path / "said", tmp_path / "playing"
+        with said.open("w") as out, subprocess.Popen(command, cwd=tmp_path, stdout=out, stderr=out) as tests:
+            assert within(100.0, lambda: playing.exists() or tests.poll() is not None)
+            assert playing.exists(), said.read_text()
             assert board.look().level_v == pytest.approx(3.0, abs=1e-3)
             tests.kill()
         assert within(5.0, lambda: board.look().level_v == 0.0)

@@ -7,10 +7,12 @@ from identify.effects import chain_of
 from identify.evidence import Evidence
 from identify.explain.bench import Bench
 from identify.explain.corrections import APART, RESTS, dwelt_levels, with_zero
-from identify.explain.suspect import MOST, Suspect, columns_of, contenders, explainable, overlooked
+from identify.explain.suspect import MOST, Suspect, columns_of, contenders, explainable, finer, overlooked, suspect
 from identify.stage import Place
 from identify.unnamed.maps import LevelMap
+from identify.unnamed.modulation import Heated
 from identify.unnamed.timed import GainSteps, GapSteps, LeadSteps, OffsetSteps, Timed
+from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
 from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
 from tests.trials import model_of, observed, recorded
@@ -18,10 +20,11 @@ from tests.trials import model_of, observed, recorded
 STARTS_S = (0.0, 3.0, 7.0)
 
 
-def evidence(*levels_v: float) -> Evidence:
+def evidence(*levels_v: float, physics: tuple[Concealed, ...] = ()) -> Evidence:
     """Return what two staircases over some levels and a sine leave of the op-amp rig's own model."""
     stimuli = (staircase("up", levels_v, 0.02), staircase("more", levels_v[::2], 0.03), sine("wave", 20.0, 3.0, 3, 1))
-    traces = [recorded(OP_AMP, s, (), 0.01, i, at, 4) for i, (s, at) in enumerate(zip(stimuli, STARTS_S, strict=True))]
+    begun = enumerate(zip(stimuli, STARTS_S, strict=True))
+    traces = [recorded(OP_AMP, s, physics, 0.01, i, at, 4) for i, (s, at) in begun]
     bench = Bench(chain_of(model_of(OP_AMP)), tuple(observed(t, 0.01, 1) for t in traces), (), ())
     return bench.evidence(bench.fitted(bench.plain, (), 1))
 
@@ -76,6 +79,21 @@ def test_what_corrections_find_beyond_chance_is_there_to_explain() -> None:
     assert explainable([chance, found]) == pytest.approx(192.0)
     assert explainable([chance]) == 0.0
     assert explainable([]) == 0.0
+
+
+@pytest.mark.parametrize(("taus_s", "lags"), [((0.07,), 1), ((0.004, 0.3), 5)])
+def test_one_lag_that_is_sought_is_put_in_the_place_of_several_where_it_does(
+    taus_s: tuple[float, ...], lags: int
+) -> None:
+    warm = tuple(Concealed("warm_joint", {"k": 0.3, "tau": tau, "top": 12.0}) for tau in taus_s)
+    there = evidence(*FIG13_LEVELS_V, physics=warm)
+    several = suspect(there, Heated(Place.SENSE, (1e-3, 0.008, 0.05, 0.4, 3.0)))
+    kept = finer(there, several, 1.0)
+    assert len(kept.correction.knots) == lags
+    if lags == 1:
+        assert kept.correction.knots[0] == pytest.approx(taus_s[0], rel=0.1)
+        assert kept.gain > several.gain
+        assert 0.0 < kept.looks < kept.worth(1.0)[1]
 
 
 def test_the_inner_knot_next_to_zero_is_moved_there_and_no_other() -> None:
