@@ -1,5 +1,6 @@
 """Which law of a round is ahead on grids that are fine enough for all that came close?"""
 
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -18,14 +19,14 @@ def decided(bench: Bench, this: Round) -> tuple[Bench, Round]:
 
     Where nothing comes near to explaining enough for a name, nothing has to be compared.
     """
-    finer = bench
     close = this.close[:STEPPED]
     if not any(rival.gains_enough(this.base, 0.5 * WORTH) for rival in close):
         return bench, this
-    for rival in close:
-        finer = finer.fine_enough(rival)
+    finer = _fine_enough(bench, close)
     if finer is bench:
         return bench, this
+    more = catching_up(finer, this, close)
+    finer, close = _fine_enough(finer, more), (*close, *more)
     tried = [finer.fitted(rival.fit.chain, rival.effects, SPRINT) for rival in close]
     reach = min(h.chi2 for h in tried) + NEAR
     tried = [h if h.fit.converged or h.chi2 > reach else finer.fitted(h.fit.chain, h.effects) for h in tried]
@@ -33,6 +34,23 @@ def decided(bench: Bench, this: Round) -> tuple[Bench, Round]:
     late = overtaking(finer, this, min((h.chi2 for h in tried), default=base.chi2), base)
     behind = [h for h in this.tried if not any(h is rival for rival in close)]
     return finer, replace(this, base=base, tried=(*ranked(base, [*tried, *late]), *behind))
+
+
+def _fine_enough(bench: Bench, rivals: Iterable[Hypothesis]) -> Bench:
+    """Return the bench with grids fine enough for all rivals."""
+    for rival in rivals:
+        bench = bench.fine_enough(rival)
+    return bench
+
+
+def catching_up(bench: Bench, this: Round, close: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Return what the coarser grid put behind a winner that leaves more than its lead, and this one puts near.
+
+    Far above the noise the error of stepping is a misfit of its own, and what has a number more stands in for it.
+    """
+    best = min(total_chi_squared(h.fit.chain, bench.observations) for h in close)
+    others = [h for h in this.undecided if not any(h is rival for rival in close)]
+    return [h for h in others if total_chi_squared(h.fit.chain, bench.observations) < best + NEAR]
 
 
 def overtaking(bench: Bench, this: Round, best: float, base: Hypothesis) -> list[Hypothesis]:

@@ -142,6 +142,22 @@ def test_nothing_is_compared_on_finer_grids_where_nothing_comes_near_to_a_name(b
         assert len(asked) == looks
 
 
+@pytest.mark.parametrize(("off_v", "won_by"), [(0.0, RAIL), (1.3, DIODE)])
+def test_what_finer_grids_bring_near_a_winner_that_leaves_much_is_fitted_there(bench, monkeypatch, off_v, won_by):
+    """Of 5.8 million of a pole far above the noise the steps of the samples left 7,000, a resonance 5,000."""
+    finer = replace(bench, known={}, asked={})
+    monkeypatch.setattr(Bench, "refined", lambda self, chain: finer)
+    base, won = bench.fitted(bench.plain, ()), fitted(bench, DIODE)
+    there = fitted(bench, RAIL).fit.chain
+    off = there.with_values({"saturation.lower": there.values["saturation.lower"] + off_v})
+    rail = bench.fitted(off, (RAIL,), 0)
+    coarse = replace(won, chi2=won.count + 2e4), replace(rail, chi2=won.count + 3e4)
+    used, this = decided(bench, Round(base, (), coarse))
+    assert used is finer
+    assert this.tried[0].effects == (won_by,)
+    assert this.tried[0].chi2 < min(h.chi2 for h in coarse)
+
+
 def test_what_a_further_effect_may_bring_ahead_is_undecided(bench):
     """The winner leaves more than it leads by: its own values may stand in for what is not found yet."""
     base, won, rail = bench.fitted(bench.plain, ()), fitted(bench, DIODE), fitted(bench, RAIL)
