@@ -45,7 +45,8 @@ def test_a_loss_that_a_lag_hides_is_asked_first_and_all_the_rest_once(monkeypatc
     case, searched = drawn(Key(62, "pair", "pair", 4), known_effects()), []
     search = WAY._found
     monkeypatch.setattr(WAY, "_found", lambda *asked: searched.append(1) or search(*asked))
-    told = explain(model_of(case.nominal), *parted(record(case)))
+    train, test = parted(record(case))
+    told = explain(model_of(case.nominal), train[:3], test[1:])
     assert (told.verdict, {finding.id for finding in told.effects}) == ("explained", {"dead_time", "missing_samples"})
     assert searched == [1]
 
