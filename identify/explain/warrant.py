@@ -18,7 +18,7 @@ from identify.stage import Place
 NEGLIGIBLE = 0.05  # share of what an effect explains that may remain without casting doubt on its name
 BY_THE_CLOCK = 0.5  # the same of what goes with the clock, where the effect does not: its law could not make that
 NO_CHANCE = 1e-6  # probability with which chance alone makes a line, below which it has not
-SAME_PLACE = 0.4  # share of what a name leaves that a free-form correction at its own place may explain
+SAME_PLACE = 0.4  # share of what a name leaves, and a free-form correction finds, that one at its own place may explain
 STRONG = 10.0  # of twice a log of odds: very strong evidence (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773)
 
 
@@ -133,7 +133,7 @@ def _doubtful(beyond: Located, effect: Effect, told: float) -> bool:
     """Return whether an effect that explained ``told`` of chi-squared leaves what its own law should have explained."""
     another_thing = beyond.best.axis == "clock time" != effect.along
     little = (BY_THE_CLOCK if another_thing else NEGLIGIBLE) * told
-    more = left_to_explain(beyond) > little and beyond.share_at(effect.place) > SAME_PLACE
+    more = left_to_explain(beyond) > little and beyond.share_at(effect.place) > SAME_PLACE * min(beyond.share, 1.0)
     return more or unheard(beyond, told) > 1.0
 
 

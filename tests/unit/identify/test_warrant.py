@@ -53,6 +53,29 @@ def test_a_name_is_earned_unless_its_own_law_should_have_explained_what_is_left(
     assert (found.hypothesis.effects == (effect,)) is earned
 
 
+@pytest.mark.parametrize(("here", "earned"), [(290.0, False), (50.0, True)])
+def test_what_a_name_leaves_is_what_corrections_find_of_it(
+    here: float, earned: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A tenth of what it explained, hidden in what nobody knows of the noise's size."""
+    walk = observed(recorded(OP_AMP, staircase("walk", FIG13_LEVELS_V, 0.02), (), NOISE_V, seed=7), NOISE_V)
+    bench = Bench(chain_of(model_of(OP_AMP)), (walk,), (), tuple(catalogue().values()))
+    effect = catalogue()["feedthrough"](Place.SENSE)
+    winner = replace(bench.fitted(bench.with_effects([effect], {}), [effect]), chi2=96_000, count=96_000)
+    base = replace(bench.fitted(bench.plain, ()), chi2=99_000, count=96_000)
+    assert 0.4 * winner.noise_known * winner.count > 300.0
+    found = ((replace(LEVEL, place=Place.F), 300.0), (LEVEL, here))
+    fitted = tuple((free, replace(winner, chi2=winner.chi2 - fall)) for free, fall in found)
+
+    def left(_: Bench, hypothesis: object) -> Located:
+        return Located(winner, fitted, 1e-12) if hypothesis is winner else Located(base, (), 1.0)
+
+    monkeypatch.setattr("identify.explain.warrant._challenged", lambda *asked: False)
+    monkeypatch.setattr("identify.explain.warrant.located", left)
+    told = warranted(bench, base, winner, [Round(base, (), (winner,), settled=winner)])
+    assert (told.hypothesis.effects == (effect,)) is earned
+
+
 @pytest.mark.parametrize(
     ("place", "alone", "both", "earned"),
     [
