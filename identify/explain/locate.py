@@ -14,6 +14,7 @@ import numpy as np
 from identify.explain.bench import Bench
 from identify.explain.corners import again, cornered
 from identify.explain.hypothesis import Hypothesis
+from identify.explain.race import KEPT
 from identify.explain.round import FORETOLD
 from identify.explain.suspect import LEVEL, MOST, Suspect, contenders, finer, overlooked, unexplained
 from identify.explain.wander import all_wanders
@@ -140,7 +141,8 @@ def located(bench: Bench, base: Hypothesis) -> Located:
     smooth = [finer(evidence, s, noise) for s in first]
     worth = [*smooth, *cornered(evidence, ranked, noise)]
     fitted = [(s.correction, fitted_from(bench, base, s)) for s in worth]
-    if min(h.misfit for _, h in fitted) > base.noise_known:
+    kept = base.chi2 - min(h.chi2 for _, h in fitted)
+    if min(h.misfit for _, h in fitted) > base.noise_known or kept < KEPT * max(s.gain for s in ranked):
         unfitted = overlooked(ranked, worth)
         others = raced(bench, base, [s if s.correction.searched else finer(evidence, s, noise) for s in unfitted])
         worth, fitted = [*worth, *(s for s, _ in others)], [*fitted, *((s.correction, h) for s, h in others)]

@@ -9,6 +9,7 @@ from identify.effects import chain_of
 from identify.explain.bench import Bench
 from identify.explain.locate import Located, located
 from identify.stage import Place
+from identify.unnamed.hysteresis import Hysteresis
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
 from tests.proof.stimuli import FIG13_LEVELS_V, Stimulus, sine, staircase
@@ -52,3 +53,17 @@ def test_a_law_that_nobody_listed_is_located_on_what_it_goes_with(law: str) -> N
     assert (told.best.place, told.best.form in forms) == (place, True), told.best
     assert told.share > least
     assert told.places[place] > 0.3
+
+
+def test_where_a_fit_keeps_little_of_what_was_promised_others_are_fitted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Though all that is left may be what nobody knows of the noise's size."""
+    stuck = Concealed("stick_slip", {"stuck": 0.3})
+    traces = [recorded(OP_AMP, s, (stuck,), NOISE_V, i, 3.0 * i, 8) for i, s in enumerate((WALK, WAVE, SMALL))]
+    seen = tuple(observed(t, NOISE_V, 1) for t in traces)
+    bench = Bench(chain_of(model_of(OP_AMP)), seen, (), (), noise_known=1.0)
+    monkeypatch.setattr("identify.explain.locate.contenders", lambda ranked, noise: [
+        s for s in ranked if (s.correction.form, s.correction.place) == (Hysteresis.form, Place.G1)
+    ])  # fmt: skip
+    told = located(bench, bench.fitted(bench.plain, ()))
+    assert told.best.place is Place.F
+    assert len(told.fitted) > 1
