@@ -22,7 +22,7 @@ from identify.fit import total_chi_squared
 from identify.phases import turned_sines
 from identify.stage import Place
 from identify.unnamed.correction import Correction
-from identify.unnamed.hysteresis import Hysteresis
+from identify.unnamed.hysteresis import Hysteresis, Relays
 from identify.unnamed.maps import BrokenMap, LevelMap, LevelTable
 
 ITERATIONS = 8  # a correction is nearly linear in its weights
@@ -77,7 +77,7 @@ class Located:
         for (correction, h), score, misfit in zip(self.fitted, worth, left, strict=True):
             odds = max(exp(max(TEMPER * (score - max(worth)), -700.0)), (min(left) / misfit) ** LAWLESS)
             foretold = self.foretold(correction, h)
-            of_g1 = correction.place is Place.G1 and isinstance(correction, LevelMap | BrokenMap | Hysteresis)
+            of_g1 = correction.place is Place.G1 and isinstance(correction, LevelMap | BrokenMap | Hysteresis | Relays)
             odds *= DISGUISE if of_g1 or foretold else 1.0
             for place in correction.same_at:
                 found[place] = max(found.get(place, 0.0), odds if place is correction.place else DISGUISE * odds)

@@ -35,7 +35,7 @@ PART = 0.3  # of the best promise, from which anything is fitted for a few itera
 MOST = 64  # knots that are fitted
 RANK = 1e-9  # eigenvalues of the weights' information below this share of the largest are not told by the data
 BESIDE, CLOSER, TUNED = 0.5, 0.4, 1e-3  # of what the longest run resolves: steps in which a frequency is moved
-LAG = 3e-3  # of a lag: how well one is sought
+KNOT = 3e-3  # of a lag or a threshold: how well one is sought
 
 
 @dataclass(frozen=True)
@@ -190,11 +190,11 @@ def overlooked(ranked: Sequence[Suspect], fitted: Sequence[Suspect]) -> list[Sus
 
 
 def finer(evidence: Evidence, found: Suspect, noise: float) -> Suspect:
-    """Return a suspect with as many knots as the data ask for, or at the frequency or the lag they ask for."""
+    """Return a suspect with as many knots as the data ask for, or at the frequency, lag or threshold they ask for."""
     if found.correction.searched:
         return tuned(evidence, found)
-    if found.correction.lagged:
-        return max(found, of_one_lag(evidence, found), key=lambda s: s.worth(noise)[0])
+    if found.correction.single:
+        return max(found, of_one_knot(evidence, found), key=lambda s: s.worth(noise)[0])
     sharper = [suspect(evidence, correction) for correction in sharpened(evidence, found.correction)]
     return max([found, *sharper], key=lambda s: s.worth(noise)[0])
 
@@ -217,17 +217,17 @@ def tuned(evidence: Evidence, found: Suspect) -> Suspect:
     return found
 
 
-def of_one_lag(evidence: Evidence, found: Suspect) -> Suspect:
-    """Return a suspect of several lags with one in their place, at which it explains most; its price is in its looks.
+def of_one_knot(evidence: Evidence, found: Suspect) -> Suspect:
+    """Return a suspect with one knot in the place of several, where it explains most; its price is in its looks.
 
-    Far above the noise fixed lags leave of a law of one what laws of other physics may not.
+    Far above the noise fixed lags and thresholds leave of a law of one what laws of other physics may not.
     """
 
-    def at(log_s: float) -> Suspect:
-        return suspect(evidence, replace(found.correction, knots=(exp(log_s),)))
+    def at(x: float) -> Suspect:
+        return suspect(evidence, replace(found.correction, knots=(exp(x),)))
 
     logs = np.log(found.correction.knots)
-    best = int(np.argmax([at(log_s).gain for log_s in logs]))
+    best = int(np.argmax([at(x).gain for x in logs]))
     bounds = logs[max(best - 1, 0)], logs[min(best + 1, logs.size - 1)]
-    one = at(float(minimize_scalar(lambda x: -at(x).gain, bounds=bounds, options={"xatol": LAG}).x))
+    one = at(float(minimize_scalar(lambda x: -at(x).gain, bounds=bounds, options={"xatol": KNOT}).x))
     return replace(one, looks=0.5 * log(max(one.gain, 1.0)))

@@ -37,7 +37,7 @@ class Correction(Stage):
     least: ClassVar[int] = 2  # knots
     even: ClassVar[bool] = False  # whether the knots must be evenly spaced
     plainly: ClassVar[str] = ""  # the form of what it nearly is where it does not depend on what it might
-    lagged: ClassVar[bool] = False  # whether the knots are lags, of which one may do
+    single: ClassVar[bool] = False  # whether one knot that is sought may do in the place of several
     searched: ClassVar[bool] = False  # whether the knot is the one frequency of all at which most is seen
 
     @property

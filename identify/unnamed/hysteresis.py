@@ -57,6 +57,7 @@ class Relays(Correction):
     places = (Place.G1, Place.F, Place.SENSE)
     curved = False
     least = 1
+    single = True
 
     @property
     def axis(self) -> str:
@@ -92,6 +93,7 @@ class Sticking(PlayCorrection):
     weights = (("stick", "V/V"),)
     curved = False
     least = 1
+    single = True
 
     @property
     def axis(self) -> str:

@@ -27,7 +27,7 @@ class Warming(OverLevel):
     weights = (("warm", "V^-2"),)
     places: ClassVar[tuple[Place, ...]] = (Place.SOURCE, Place.G1, Place.F, Place.SENSE)
     curved = False
-    lagged = True
+    single = True
     least = 1
 
     def summed(self, values: Values, grid: Grid) -> Run:
@@ -73,7 +73,7 @@ class GapAfterLoad(PlayCorrection):
     knot_unit = "s"
     weights = (("L", "V^-1"), ("U", "V^-1"))
     curved = False
-    lagged = True
+    single = True
     least = 1
 
     @property
