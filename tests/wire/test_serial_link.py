@@ -259,7 +259,7 @@ def test_another_device_on_a_port_that_came_back_is_refused(tmp_path: Path) -> N
 
 
 def test_a_port_that_does_not_come_back_is_waited_for_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("drivers.serial_link.BACK_S", 0.3)
+    monkeypatch.setattr("drivers.serial_link.BACK_S", 1.0)
     port = tmp_path / "port"  # a name of its own: the pty's is given to the next that any process opens
     with peer(plain) as path:
         port.symlink_to(path)
@@ -271,7 +271,7 @@ def test_a_port_that_does_not_come_back_is_waited_for_once(tmp_path: Path, monke
     for _ in range(5):
         with pytest.raises(DeviceError, match="plug the device in"):
             link.ask("SAFE 0 0")
-    assert time.monotonic() - begun < 1.0
+    assert time.monotonic() - begun < 4.0
     link.close()
 
 
