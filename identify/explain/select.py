@@ -12,6 +12,7 @@ from identify.explain.decide import decided
 from identify.explain.exchange import exchanged
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import located
+from identify.explain.neighbours import resettled
 from identify.explain.prune import pruned
 from identify.explain.round import WHOLE, Round, counts
 from identify.explain.suspect import MOST
@@ -50,7 +51,7 @@ def selected(
             break
         finer = bench.fine_enough(this.best)
         best = this.best if finer is bench else finer.fitted(this.best.fit.chain, this.best.effects)
-        bench = finer
+        bench, best = finer, resettled(finer, best)
         if all_wanders(best, bench.observations) and not best.proven:
             break
     return bench, pruned(bench, best), rounds

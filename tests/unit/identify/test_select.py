@@ -203,6 +203,17 @@ def test_what_first_order_does_not_foresee_is_fitted_where_its_start_gains_much(
     assert unforeseen(promises, [fitted], [poor], replace(base, effects=(BYPASS,))) == [mistaken]
 
 
+def test_a_step_that_no_slope_leads_to_is_looked_for_before_a_second_law_is():
+    """Half a step off at the highest level, the DAC had a dielectric beside it, with 0.99."""
+    trial = drawn(Key(84, "single", "dac_quantisation", 0), known_effects())
+    train, test = parted(record(trial))
+    model, few = model_of(trial.nominal), {"dac_quantisation", "dielectric_absorption"}
+    there, plain = prepared(model, split(model, train[:4], test[:1]), list(set(known_effects()) - few))
+    _, found, _ = selected(there, plain, lambda sentence, share: None)
+    assert found.names == ("dac_quantisation",)
+    assert found.fit.chain.values["dac_quantisation.lsb"] == pytest.approx(trial.physics[0].values["lsb"], rel=1e-3)
+
+
 def test_a_large_law_of_the_source_is_fitted_though_first_order_prefers_others():
     """The plain values have moved to stand in for it: to first order a capacitor in G1 promises six times as much."""
     trial = drawn(Key(22, "single", "source_nonlinearity", 0), known_effects())
