@@ -21,7 +21,7 @@ from identify.unnamed.correction import UNNAMED, Correction
 from identify.unnamed.hysteresis import Hysteresis, Relays, Sticking
 from identify.unnamed.linear import Bypass, Filter, OneWay, SlowFilter
 from identify.unnamed.lines import GapRipple, Line, Ripple
-from identify.unnamed.maps import LevelMap, LevelTable, RateMap, SourceGain, SourceMap, Trailing
+from identify.unnamed.maps import LevelMap, LevelTable, RateGain, RateMap, SourceGain, SourceMap, Trailing
 from identify.unnamed.memory import BorderMap, GapAfterTurn, GapOverRate, Leak, Plateau
 from identify.unnamed.modulation import GapAfterLoad, Heated, Sag, Swiftness, Warming
 from identify.unnamed.timed import (
@@ -83,6 +83,7 @@ def _laws(evidence: Evidence, name: str) -> Iterator[Correction]:
     if LevelTable.least <= len(levels) <= DWELT:
         yield LevelTable(Place.SOURCE, levels, name)
     yield from (RateMap(place, evidence.rates(place), name) for place in (Place.G1, Place.F, Place.G2))
+    yield RateGain(Place.SENSE, tuple(rate for rate in evidence.rates(Place.SENSE) if rate >= 0.0), name)
     for place in Trailing.places:
         top = max(evidence.rates(place))
         yield Trailing(place, tuple(share * top for share in (*(-q for q in RATES[::-1]), *RATES)), name)

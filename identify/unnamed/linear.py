@@ -150,6 +150,11 @@ class Bypass(Correction):
         """Return the coordinate."""
         return "level of u"
 
+    @property
+    def same_at(self) -> tuple[Place, ...]:
+        """Return its place, and F: what passes the gap alone, linearly, has the way through G1 and G2 besides."""
+        return (*super().same_at, Place.F)
+
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal plus the weighted copies of the source voltage."""
         steps = [stepper((1.0,), (tau, 1.0), grid.step_s, "ramp") for tau in self.knots if tau > 0.0]

@@ -118,32 +118,64 @@ class LevelTable(OverLevel):
 
 
 @dataclass(frozen=True)
-class RateMap(Correction):
-    """A law of how fast the signal moves, straight between knots."""
+class OverRate(Correction):
+    """A law that goes with how fast the signal moves."""
 
-    form = "map of the rate"
-    kind = "a law of the rate of change"
-    equation = "s' = s + c(ds/dt), c straight between the knots"
     quick = True
     knot_unit = "V/s"
-    places = (Place.G1, Place.F, Place.G2, Place.SENSE)
 
     @property
     def axis(self) -> str:
         """Return the rate of the signal at the place."""
         return LEVELS[self.place].replace("level", "rate")
 
-    def summed(self, values: Values, grid: Grid) -> Run:
-        """Return the signal plus the correction at its rate of change."""
+    @property
+    def same_at(self) -> tuple[Place, ...]:
+        """Return its place; what G2 puts out is what is read."""
+        return (Place.G2, Place.SENSE) if self.place is Place.G2 else super().same_at
+
+    def rate(self, grid: Grid) -> Run:
+        """Return how fast the signal moves, V/s."""
         last: float | None = None
 
         def run(block: Block) -> Array:
             nonlocal last
             rate = np.diff(block.signal, prepend=block.signal[0] if last is None else last) / grid.step_s
             last = float(block.signal[-1])
-            return np.asarray(block.signal + np.interp(rate, self.knots, values))
+            return rate
 
         return run
+
+
+@dataclass(frozen=True)
+class RateMap(OverRate):
+    """A law of how fast the signal moves, straight between knots."""
+
+    form = "map of the rate"
+    kind = "a law of the rate of change"
+    equation = "s' = s + c(ds/dt), c straight between the knots"
+    places = (Place.G1, Place.F, Place.G2, Place.SENSE)
+
+    def summed(self, values: Values, grid: Grid) -> Run:
+        """Return the signal plus the correction at its rate of change."""
+        rate = self.rate(grid)
+        return lambda block: np.asarray(block.signal + np.interp(rate(block), self.knots, values))
+
+
+@dataclass(frozen=True)
+class RateGain(OverRate):
+    """A gain that goes with how fast the signal moves, straight between knots: an amplifier near its limits, say."""
+
+    form = "gain over the rate"
+    kind = "a gain that goes with the rate of change"
+    equation = "s' = s (1 + c(abs(ds/dt))), c straight between the knots"
+    weights = (("grow", "V/V"),)
+    places = (Place.SENSE,)
+
+    def summed(self, values: Values, grid: Grid) -> Run:
+        """Return the signal times one plus the correction at its rate of change."""
+        rate = self.rate(grid)
+        return lambda block: np.asarray(block.signal * (1.0 + np.interp(np.abs(rate(block)), self.knots, values)))
 
 
 @dataclass(frozen=True)
@@ -196,28 +228,16 @@ class SourceGain(SourceMap):
 
 
 @dataclass(frozen=True)
-class Trailing(Correction):
+class Trailing(OverRate):
     """What stays behind a largest rate and catches up afterwards, for every knot: above zero rising, below falling."""
 
     form = "lag behind a rate"
     kind = "something that cannot follow fast enough"
     equation = "s' = s - sum of a_k e_k, de_k/dt = ds/dt - q_k as long as e_k has the sign of q_k, else 0"
-    quick = True
-    knot_unit = "V/s"
     weights = (("behind", "V/V"),)
     places = (Place.G1, Place.F, Place.G2)
     curved = False
     least = 1
-
-    @property
-    def axis(self) -> str:
-        """Return the rate of the signal at the place."""
-        return LEVELS[self.place].replace("level", "rate")
-
-    @property
-    def same_at(self) -> tuple[Place, ...]:
-        """Return its place; what G2 puts out is what is read."""
-        return (Place.G2, Place.SENSE) if self.place is Place.G2 else super().same_at
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal less what is behind."""

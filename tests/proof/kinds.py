@@ -210,6 +210,10 @@ def _slew(rng: Rng, reach: Reach) -> Scaled:
     return lambda strength: {"rate": fastest * (1.0 - 0.97 * strength)}
 
 
+def _hurried(rng: Rng, reach: Reach) -> Scaled:
+    return lambda strength: {"k": 0.2 * strength, "top": reach.speed_v * reach.rig.s_l}
+
+
 def _warm_joint(rng: Rng, reach: Reach) -> Scaled:
     tau = float(np.exp(rng.uniform(*np.log((0.05, 1.0)))))
     return lambda strength: {"k": 0.05 * strength * reach.high_w_v, "tau": tau, "top": reach.high_w_v}
@@ -471,4 +475,5 @@ UNHEARD: tuple[Kind, ...] = (
     Kind("warm_joint", "sense", "warm_joint", _warm_joint),
     Kind("dimmed_source", "source", "dimmed_source", _one("share", lambda r: 0.3)),
     Kind("scattered_gap", "F", "scattered_gap", _one("sd", lambda r: 0.3 * r.rig.half_gap_v)),
+    Kind("hurried_reading", "sense", "hurried_reading", _hurried),
 )

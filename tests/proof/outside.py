@@ -286,6 +286,12 @@ def warm_joint(y: Array, scene: Scene) -> Array:
     return y + scene.values["k"] * np.asarray(heat)
 
 
+def hurried_reading(y: Array, scene: Scene) -> Array:
+    """Read too little of y the faster it moves: ``k`` less at ``top`` [V/s], in proportion below."""
+    rate = np.abs(np.gradient(y)) * scene.grid.rate_hz
+    return np.asarray(y * (1.0 - scene.values["k"] * np.minimum(rate / scene.values["top"], 1.0)))
+
+
 def dimmed_source(drive: Array, scene: Scene) -> Array:
     """Take ``share`` of u away for the first 3 ms of every half period of the mains, as beside a dimmer."""
     time_s = _clock_s(drive, scene)
@@ -341,6 +347,7 @@ OUTSIDE: dict[str, tuple[Place, Change]] = {
     "wandering_hold": ("play", wandering_hold),
     "slow_g1": ("v", slew_limit),  # the amplifier of G1 is too slow, not that of F
     "warm_joint": ("y", warm_joint),
+    "hurried_reading": ("y", hurried_reading),
     "dimmed_source": ("drive", dimmed_source),
     "scattered_gap": ("play", scattered_gap),
 }

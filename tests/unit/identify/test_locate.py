@@ -223,7 +223,8 @@ def test_a_lag_of_one_way_goes_with_the_rate_before_or_behind_a_g2_that_is_fast(
     assert late.best.form == "filter by direction"
     assert late.share > 0.95
     assert late.places[Place.G2] > 0.1  # that law has to be tried there, too
-    assert set(late.places) - {Place.F, Place.G2} == {p for p, share in late.places.items() if share < 0.01}
+    open_to = {Place.F, Place.G2, Place.SENSE}  # a law of the rate of what G2 puts out is one of what is read
+    assert set(late.places) - open_to == {p for p, share in late.places.items() if share < 0.01}
 
 
 @pytest.mark.parametrize(

@@ -107,6 +107,13 @@ def test_a_joint_warms_with_the_square_of_the_reading() -> None:
     assert y[[0, 49, -1]] == pytest.approx(-2.0 + 0.025 * -np.expm1(np.array([-1.0, -50.0, -400.0]) / 50.0), rel=1e-6)
 
 
+def test_a_hurried_reading_is_short_by_its_rate() -> None:
+    rising = 3.0 * np.arange(50) / 1000.0
+    y = outside.hurried_reading(rising, scene(k=0.1, top=6.0))
+    rate_hz = scene(k=0.1, top=6.0).grid.rate_hz
+    assert y == pytest.approx(rising * (1.0 - 0.1 * min(3e-3 * rate_hz / 6.0, 1.0)))
+
+
 def test_a_dimmed_source_lacks_a_share_in_every_half_period_of_the_mains() -> None:
     u = outside.dimmed_source(np.full(T.size, 2.0), scene(share=0.1))
     assert set(np.round(u, 9)) == {1.8, 2.0}
