@@ -27,6 +27,7 @@ ROOM = 10.0  # sizes compared for every tooth more in the range of the levels
 LISTED = 3000  # sizes that promise most, of which no two are alike enough to be found more closely twice
 NARROWED, BETWEEN = 60, 0.4  # sizes that are found more closely, and how many teeth they lie apart
 ZOOMS, POINTS, CLOSER = 4, 41, 8.0
+EDGE = 0.02  # share of the sizes that round alike, from an edge
 AT_ONCE = 1 << 13  # sizes compared at once: bounds memory
 SAME_V = 3e-10  # sizes so close round alike
 
@@ -97,6 +98,15 @@ class Comb:
         codes = np.round(self.levels / lsb)
         below, above = (self.levels / (codes + side * np.sign(self.levels)) for side in (0.5, -0.5))
         return float(np.nanmax(below)), float(np.nanmin(np.where(codes != 0.0, above, np.nan)))
+
+    def inside(self, lsb: float) -> float:
+        """Return ``lsb``, or where it is at the edge of those that round alike, the next that is not.
+
+        The most is often promised right at an edge, and the next size to that rounds a level to another step.
+        """
+        least, most = self.alike(lsb)
+        room = EDGE * (most - least)
+        return float(np.clip(lsb, least + room, most - room))
 
 
 def _apart(order: Array, closest: float, count: int) -> list[float]:

@@ -70,7 +70,7 @@ class DacQuantisation(Effect):
         found = comb(evidence.coarse)
         if found.most < LOOKED_ELSEWHERE:
             return []
-        likely = [{"lsb": centred(step)} for step in found.best(high - low, WEIGHED)]
+        likely = [{"lsb": centred(found.inside(step))} for step in found.best(high - low, WEIGHED)]
         if not likely:
             return []
         best = min(likely, key=lambda values: self._left(evidence, values))

@@ -50,6 +50,18 @@ def test_steps_that_round_alike_are_one_to_a_fit():
     assert not np.array_equal(np.round(LEVELS / (most + 1e-6)), codes)
 
 
+def test_a_step_at_the_edge_of_those_that_round_alike_is_moved_inside():
+    """As it is searched in whole parts of a nanovolt, a held level may be rounded to another step there."""
+    teeth = Comb(LEVELS, np.eye(10), LEVELS)
+    least, most = teeth.alike(0.0312345)
+    inner = np.linspace(least, most, 5)[1:-1]
+    assert [teeth.inside(lsb) for lsb in inner] == pytest.approx(inner)
+    for edge in (least, most):
+        step = centred(teeth.inside(edge + np.sign(0.0312345 - edge) * 1e-12))
+        assert least < step < most
+        assert np.array_equal(np.rint(rounded(LEVELS, step) / step), np.round(LEVELS / 0.0312345))
+
+
 @pytest.fixture(scope="module")
 def evidence():
     steps = (Concealed("dac_quantisation", {"lsb": LSB}),)
