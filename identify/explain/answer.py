@@ -30,7 +30,7 @@ from identify.explain.neighbours import spanning
 from identify.explain.of_readings import finding as of_readings
 from identify.explain.of_readings import location
 from identify.explain.phrases import called, described, listed, stretch_told
-from identify.explain.prove import Proof, proven
+from identify.explain.prove import Proof, foretells, proven
 from identify.explain.readings import Readings
 from identify.explain.rivals import odds
 from identify.explain.round import Round
@@ -79,6 +79,7 @@ class Answer:
         self.blemished = bool(readings.found) and not self.better.effects
         asked = self.named_over > TO_THE_NOISE or self.blemished
         self.proof = proven(bench, self.beyond, data.test) if asked else None
+        self.unproven = asked and self.proof is None and foretells(self.beyond)
         self.after_v = self.proof.held_out_v if self.proof else self.named_v
         self.improved = self.proof.hypothesis if self.proof else self.better
         self.unvisited = self._unvisited()
@@ -189,14 +190,12 @@ class Answer:
     def _location_of_correction(self) -> Location:
         correction, fitted = self.beyond.fitted[0]
         base = self.beyond.base.fit.chain
-        others = tuple(place.label for place in self.beyond.alternatives())
-        ranges = (
-            ()
-            if correction.axis == "branch"
-            else acting(correction.axis, correction.place, fitted.fit.chain, base, self.bench.observations)
-        )
+        others = tuple(place.label for place in self.beyond.alternatives(self.unproven))
+        acts = (correction.axis, correction.place, fitted.fit.chain, base, self.bench.observations)
+        ranges = () if correction.axis == "branch" else acting(*acts)
         also = f"; a correction at {listed(list(others))} would do nearly as well" if others else ""
         also = "; where the rest of it enters is open" if self.beyond.astray else also
+        also = "; held-out runs are no better for it, so where the mismatch enters is open" if self.unproven else also
         return Location(correction.place.label, ranges, f"{described(self.beyond)}{also}.", others)
 
     def unnamed(self, proof: Proof) -> Finding:

@@ -101,10 +101,10 @@ class Located:
         """
         return self.base.chi2 - self.fitted[0][1].chi2 < LITTLE * self.base.proven
 
-    def alternatives(self) -> tuple[Place, ...]:
-        """Return the other places the data do not exclude."""
+    def alternatives(self, unproven: bool = False) -> tuple[Place, ...]:
+        """Return the other places the data do not exclude: all where held-out data are no better for the best."""
         likely = [place for place, p in self.places.items() if p > LIKELY]
-        every = [*likely, *(place for place in Place if place not in likely)] if self.astray else likely
+        every = [*likely, *(place for place in Place if place not in likely)] if self.astray or unproven else likely
         return tuple(place for place in every if place != self.best.place)
 
     def share_at(self, place: Place) -> float:

@@ -10,6 +10,7 @@ from identify.explain.locate import Located
 from identify.explain.suspect import MOST
 from identify.observe import Observation, refined
 from identify.unnamed.correction import Correction
+from identify.unnamed.maps import LevelTable
 
 
 @dataclass(frozen=True)
@@ -21,11 +22,20 @@ class Proof:
     held_out_v: float
 
 
-def proven(bench: Bench, beyond: Located, test: Sequence[Observation]) -> Proof | None:
-    """Return the best correction, fitted to the end, where it proves itself on held-out data.
+def foretells(beyond: Located) -> bool:
+    """Return whether the best correction says anything of other runs.
 
-    A table as fine as the data cannot: it says nothing of another time.
+    What goes with the clock or has a phase in every run does not, nor a table as fine as the data.
     """
+    if not beyond.significant:
+        return False
+    best = beyond.best
+    table = len(best.knots) > MOST or isinstance(best, LevelTable)
+    return not (table or best.local or best.axis == "clock time")
+
+
+def proven(bench: Bench, beyond: Located, test: Sequence[Observation]) -> Proof | None:
+    """Return the best correction, fitted to the end, where it proves itself on held-out data."""
     if not beyond.significant or len(beyond.best.knots) > MOST:
         return None
     correction, fitted = beyond.fitted[0]
