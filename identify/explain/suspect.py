@@ -29,13 +29,13 @@ from identify.unnamed.linear import SlowFilter
 WIDTHS = np.geomspace(1e-2, 1e10, 49)  # of the weights' distribution over that at which they could just be seen
 LEVEL = 1e-3  # probability of a false alarm, all corrections together
 FITTED = 4  # corrections that are fitted; the others are judged to first order
-CLOSE = 0.9  # share of the best log likelihood from which another place is fitted
+CLOSE = 0.8  # share of the best log likelihood from which another place is fitted
 LARGE = 1000.0  # of chi-squared: a mismatch that leaves first order
 PART = 0.3  # of the best promise, from which anything is fitted for a few iterations
 MOST = 64  # knots that are fitted
 RANK = 1e-9  # eigenvalues of the weights' information below this share of the largest are not told by the data
 BESIDE, CLOSER, TUNED = 0.5, 0.4, 1e-3  # of what the longest run resolves: steps in which a frequency is moved
-KNOT = 3e-3  # of a lag or a threshold: how well one is sought
+KNOT = 3e-3  # of a lag, a threshold or a rate: how well one is sought
 
 
 @dataclass(frozen=True)
@@ -190,7 +190,7 @@ def overlooked(ranked: Sequence[Suspect], fitted: Sequence[Suspect]) -> list[Sus
 
 
 def finer(evidence: Evidence, found: Suspect, noise: float) -> Suspect:
-    """Return a suspect with as many knots as the data ask for, or at the frequency, lag or threshold they ask for."""
+    """Return a suspect with as many knots as the data ask for, or at the frequency, lag, level or rate asked for."""
     if found.correction.searched:
         return tuned(evidence, found)
     if found.correction.single:
@@ -220,13 +220,15 @@ def tuned(evidence: Evidence, found: Suspect) -> Suspect:
 def of_one_knot(evidence: Evidence, found: Suspect) -> Suspect:
     """Return a suspect with one knot in the place of several, where it explains most; its price is in its looks.
 
-    Far above the noise fixed lags and thresholds leave of a law of one what laws of other physics may not.
+    Or with one on either side of zero. Far above the noise fixed lags, thresholds and rates leave of a law of one what
+    laws of other physics may not.
     """
+    knots = found.correction.knots
 
     def at(x: float) -> Suspect:
-        return suspect(evidence, replace(found.correction, knots=(exp(x),)))
+        return suspect(evidence, replace(found.correction, knots=(*([-exp(x)] if knots[0] < 0.0 else []), exp(x))))
 
-    logs = np.log(found.correction.knots)
+    logs = np.log([knot for knot in knots if knot > 0.0])
     best = int(np.argmax([at(x).gain for x in logs]))
     bounds = logs[max(best - 1, 0)], logs[min(best + 1, logs.size - 1)]
     one = at(float(minimize_scalar(lambda x: -at(x).gain, bounds=bounds, options={"xatol": KNOT}).x))

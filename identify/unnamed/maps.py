@@ -237,6 +237,7 @@ class Trailing(OverRate):
     weights = (("behind", "V/V"),)
     places = (Place.G1, Place.F, Place.G2)
     curved = False
+    single = True
     least = 1
 
     def summed(self, values: Values, grid: Grid) -> Run:

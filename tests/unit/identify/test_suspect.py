@@ -9,7 +9,7 @@ from identify.explain.bench import Bench
 from identify.explain.corrections import APART, RESTS, dwelt_levels, with_zero
 from identify.explain.suspect import MOST, Suspect, columns_of, contenders, explainable, finer, overlooked, suspect
 from identify.stage import Place
-from identify.unnamed.maps import LevelMap
+from identify.unnamed.maps import LevelMap, Trailing
 from identify.unnamed.modulation import Heated
 from identify.unnamed.timed import GainSteps, GapSteps, LeadSteps, OffsetSteps, Timed
 from tests.proof.cases import Concealed
@@ -94,6 +94,17 @@ def test_one_lag_that_is_sought_is_put_in_the_place_of_several_where_it_does(
         assert kept.correction.knots[0] == pytest.approx(taus_s[0], rel=0.1)
         assert kept.gain > several.gain
         assert 0.0 < kept.looks < kept.worth(1.0)[1]
+
+
+def test_one_largest_rate_is_sought_on_either_side_of_zero() -> None:
+    there = evidence(*FIG13_LEVELS_V, physics=(Concealed("slow_g1", {"rate": 90.0}),))
+    top = max(there.rates(Place.G1))
+    several = suspect(there, Trailing(Place.G1, tuple(share * top for share in (-0.9, -0.6, -0.3, 0.3, 0.6, 0.9))))
+    kept = finer(there, several, 1.0)
+    falling, rising = kept.correction.knots
+    assert falling == -rising
+    assert rising == pytest.approx(90.0, rel=0.1)
+    assert kept.gain > several.gain
 
 
 def test_the_inner_knot_next_to_zero_is_moved_there_and_no_other() -> None:
