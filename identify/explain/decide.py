@@ -48,9 +48,10 @@ def catching_up(bench: Bench, this: Round, close: Sequence[Hypothesis]) -> list[
 
     Far above the noise the error of stepping is a misfit of its own, and what has a number more stands in for it.
     """
-    best = min(total_chi_squared(h.fit.chain, bench.observations) for h in close)
     others = [h for h in this.undecided if not any(h is rival for rival in close)]
-    return [h for h in others if total_chi_squared(h.fit.chain, bench.observations) < best + NEAR]
+    with np.errstate(over="ignore", invalid="ignore"):
+        best = min(total_chi_squared(h.fit.chain, bench.observations) for h in close)
+        return [h for h in others if total_chi_squared(h.fit.chain, bench.observations) < best + NEAR]
 
 
 def overtaking(bench: Bench, this: Round, best: float, base: Hypothesis) -> list[Hypothesis]:

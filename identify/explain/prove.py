@@ -35,7 +35,10 @@ def foretells(beyond: Located) -> bool:
 
 
 def proven(bench: Bench, beyond: Located, test: Sequence[Observation]) -> Proof | None:
-    """Return the best correction, fitted to the end, where it proves itself on held-out data."""
+    """Return the best correction, fitted to the end, where it proves itself on held-out data.
+
+    A table as fine as the data cannot: it says nothing of another time.
+    """
     if not beyond.significant or len(beyond.best.knots) > MOST:
         return None
     correction, fitted = beyond.fitted[0]
