@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from math import e, exp, log, sqrt
 
 from identify.blocks import Play
+from identify.effects import catalogue
 from identify.effects.effect import Effect
 from identify.explain.bench import Bench
 from identify.explain.exchange import swapped
@@ -38,13 +39,19 @@ def odds(
         weight = exp(min(0.5 * _ahead(bench, rival, final, told), 0.0))
         weights[_kind(other)] = max(weights.get(_kind(other), 0.0), weight)
     if bench.plain.stage_of(Play) is not None:
-        known = {kind.id for kind in bench.kinds}
-        weights |= {(c.id, effect.place): 1.0 for c in effect.confused_with if c.exact and c.id not in known}
+        weights |= dict.fromkeys(_equals(final, effect), 1.0)
     weights.pop(own, None)
     total = 1.0 + sum(weights.values()) + unheard(beyond, told) + _nothing(bench, final, effect, told)
     likely = _of_every_name(own, sorted(weights.items(), key=lambda item: -item[1]))
     named = [Alternative(i, place.label, w / total) for (i, place), w in likely if w / total > MENTIONED]
     return 1.0 / total, tuple(named)
+
+
+def _equals(final: Hypothesis, effect: Effect) -> list[Kind]:
+    """Return what gives the same data behind a play operator, whatever is played; fits need not tell that."""
+    beside = {other.id for other in final.effects}  # a chain has no effect twice
+    same = [c for c in effect.confused_with if c.exact and c.here in (None, effect.place) and c.id not in beside]
+    return [(c.id, c.there or catalogue()[c.id].places[0]) for c in same]
 
 
 def _ahead(bench: Bench, rival: Hypothesis, final: Hypothesis, told: float) -> float:

@@ -107,6 +107,20 @@ def test_an_effect_at_another_place_is_no_rival_beside_itself():
     assert "extra_pole" not in {other.id for other in others}
 
 
+@pytest.mark.parametrize(("name", "place", "equal"), [
+    ("source_pole", Place.SOURCE, ("extra_pole", Place.G1)), ("extra_pole", Place.G1, ("source_pole", Place.SOURCE)),
+    ("extra_pole", Place.G2, None),
+])  # fmt: skip
+def test_what_gives_the_same_data_is_as_likely_though_no_fit_of_it_came_near(bench, name, place, equal):
+    pole = catalogue()[name](place)
+    base = bench.fitted(bench.plain, ())
+    final = replace(base, effects=(pole,), chi2=base.chi2 - 1e4)
+    step = Round(base, (Candidate(pole, {}, 1e4),), (final,))
+    probability, others = odds(bench, final, pole, [step], Located(final, (), 1.0))
+    assert [(o.id, o.stage) for o in others] == ([(equal[0], equal[1].label)] if equal else [])
+    assert all(o.probability == pytest.approx(probability) for o in others)
+
+
 def test_a_form_with_one_parameter_more_is_tried_where_the_best_leaves_more_than_noise(bench):
     base, rail = bench.fitted(bench.plain, ()), fitted(bench, RAIL)
     (both,) = bench.fuller(base, [rail])  # the feedthrough is not explained yet
