@@ -109,6 +109,11 @@ class Effect(Stage):
         shared = {p.name: values.get(short(p.name), self.absent[short(p.name)]) for p in self.parameters()}
         return shared | {f"{self.id}.{key}": value for key, value in values.items() if "[" in key}
 
+    @property
+    def equals(self) -> tuple[Confusion, ...]:
+        """Return what gives the same data as this at its place behind a play operator, whatever is played."""
+        return tuple(c for c in self.confused_with if c.exact and c.here in (None, self.place))
+
     def applicable(self, chain: Chain) -> bool:
         """Return whether the effect can be put into ``chain``: not twice, and not where it has no meaning."""
         return all(effect.name != self.id for effect in chain.added)

@@ -236,7 +236,8 @@ class Answer:
             with_it = "nothing is left beyond the noise" if all_of_it else f"{over:.3g} times the noise is left"
             return Remaining(over, stage, f"With the unnamed law in the model {with_it}; what it is stays open.")
         if not self.better.effects:
-            return Remaining(over, self.beyond.best.place.label, "The mismatch is not explained; it is located above.")
+            where = "where it enters is open" if self.unproven else "it is located above"
+            return Remaining(over, self.beyond.best.place.label, f"The mismatch is not explained; {where}.")
         return Remaining(over, self.beyond.best.place.label, f"{described(self.beyond)}.")
 
     def profiles(self) -> tuple[Profile, ...]:

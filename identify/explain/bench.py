@@ -153,9 +153,12 @@ class Bench:
         finer = tuple(refined(o, chain) for o in self.observations)
         return self if finer == self.observations else replace(self, observations=finer, known={}, asked={})
 
-    def fine_enough(self, hypothesis: Hypothesis) -> "Bench":
-        """Return the bench with grids fine enough for a hypothesis; any are where its chance swells the noise."""
-        return self.refined(hypothesis.fit.chain) if hypothesis.swell == 1.0 else self
+    def fine_enough(self, *hypotheses: Hypothesis) -> "Bench":
+        """Return the bench with grids fine enough for all hypotheses; any are where one's chance swells the noise."""
+        bench = self
+        for hypothesis in hypotheses:
+            bench = bench.refined(hypothesis.fit.chain) if hypothesis.swell == 1.0 else bench
+        return bench
 
     def round(self, base: Hypothesis, least: float = 0.0) -> "Round":
         """Screen all effects on the residual of ``base`` and fit those that promise most, ``least`` in chi-squared.

@@ -63,7 +63,7 @@ def contenders(told: Explanation, finding: Finding, earlier: Sequence[Contender]
     fitted on the same grids, fine enough for what each was fitted as before.
     """
     named = named_effect(told, finding)
-    same = {c.id for c in named.confused_with if c.exact and c.here in (None, named.place)}
+    same = {c.id for c in named.equals}
     entries = _entries(finding, earlier)
     open_to = [e for e in entries if e.id not in same]
     warm = {(e.id, e.stage): _again(told, named, e.before) for e in open_to if e.before is not None}

@@ -1,6 +1,6 @@
 """Which law of a round is ahead on grids that are fine enough for all that came close?"""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,11 +22,11 @@ def decided(bench: Bench, this: Round) -> tuple[Bench, Round]:
     close = this.close[:STEPPED]
     if not any(rival.gains_enough(this.base, 0.5 * WORTH) for rival in close):
         return bench, this
-    finer = _fine_enough(bench, close)
+    finer = bench.fine_enough(*close)
     if finer is bench:
         return bench, this
     more = catching_up(finer, this, close)
-    finer, close = _fine_enough(finer, more), (*close, *more)
+    finer, close = finer.fine_enough(*more), (*close, *more)
     tried = [finer.fitted(rival.fit.chain, rival.effects, SPRINT) for rival in close]
     reach = min(h.chi2 for h in tried) + NEAR
     tried = [h if h.fit.converged or h.chi2 > reach else finer.fitted(h.fit.chain, h.effects) for h in tried]
@@ -34,13 +34,6 @@ def decided(bench: Bench, this: Round) -> tuple[Bench, Round]:
     late = overtaking(finer, this, min((h.chi2 for h in tried), default=base.chi2), base)
     behind = [h for h in this.tried if not any(h is rival for rival in close)]
     return finer, replace(this, base=base, tried=(*ranked(base, [*tried, *late]), *behind))
-
-
-def _fine_enough(bench: Bench, rivals: Iterable[Hypothesis]) -> Bench:
-    """Return the bench with grids fine enough for all rivals."""
-    for rival in rivals:
-        bench = bench.fine_enough(rival)
-    return bench
 
 
 def catching_up(bench: Bench, this: Round, close: Sequence[Hypothesis]) -> list[Hypothesis]:

@@ -89,8 +89,8 @@ class Located:
 
         Of a table as fine as the data any law of few numbers is one; of dynamics by direction, those of both alike.
         """
-        table = _is_table(correction)
-        plainer = [h for c, h in self.fitted if (not _is_table(c) if table else c.form == correction.plainly)]
+        table = is_table(correction)
+        plainer = [h for c, h in self.fitted if (not is_table(c) if table else c.form == correction.plainly)]
         return any(self.base.chi2 - h.chi2 > FORETOLD * (self.base.chi2 - fitted.chi2) for h in plainer)
 
     @property
@@ -113,7 +113,7 @@ class Located:
         return max(shares, default=self.promised.get(place, 0.0))
 
 
-def _is_table(correction: Correction) -> bool:
+def is_table(correction: Correction) -> bool:
     """Return whether a correction is as fine as the data: over the clock, or over all levels that u rests on."""
     return len(correction.knots) > MOST or isinstance(correction, LevelTable)
 

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from identify.explain.bench import Bench
 from identify.explain.confirm import CONVINCING, adapted, held_out_rms, improvement
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.locate import Located
+from identify.explain.locate import Located, is_table
 from identify.explain.suspect import MOST
 from identify.observe import Observation, refined
 from identify.unnamed.correction import Correction
-from identify.unnamed.maps import LevelTable
 
 
 @dataclass(frozen=True)
@@ -30,8 +29,7 @@ def foretells(beyond: Located) -> bool:
     if not beyond.significant:
         return False
     best = beyond.best
-    table = len(best.knots) > MOST or isinstance(best, LevelTable)
-    return not (table or best.local or best.axis == "clock time")
+    return not (is_table(best) or best.local or best.axis == "clock time")
 
 
 def proven(bench: Bench, beyond: Located, test: Sequence[Observation]) -> Proof | None:

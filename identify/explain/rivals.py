@@ -48,10 +48,9 @@ def odds(
 
 
 def _equals(final: Hypothesis, effect: Effect) -> list[Kind]:
-    """Return what gives the same data behind a play operator, whatever is played; fits need not tell that."""
+    """Return what gives the same data as an effect, whatever is played: no fit need tell that."""
     beside = {other.id for other in final.effects}  # a chain has no effect twice
-    same = [c for c in effect.confused_with if c.exact and c.here in (None, effect.place) and c.id not in beside]
-    return [(c.id, c.there or catalogue()[c.id].places[0]) for c in same]
+    return [(c.id, c.there or catalogue()[c.id].places[0]) for c in effect.equals if c.id not in beside]
 
 
 def _ahead(bench: Bench, rival: Hypothesis, final: Hypothesis, told: float) -> float:

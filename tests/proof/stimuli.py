@@ -72,15 +72,15 @@ def repeated(name: str, kind: str, once: Array, repeats: int) -> Stimulus:
 
 
 def training() -> tuple[Stimulus, ...]:
-    """Return the runs a model may be fitted to: 8.6 s.
+    """Return the runs a model may be fitted to: 8.9 s.
 
     Two step sizes and two hold times; a walk that meets the rails and one that does not; two amplitudes at 10 Hz; one
     sine on the mains frequency and two off its multiples; the last (2 V < d) leaves the gap stuck and moves only what
     bypasses it.
     """
     return (
-        staircase("staircase", FIG13_LEVELS_V, 0.10),
-        staircase("staircase_0.6", tuple(0.6 * level for level in FIG13_LEVELS_V), 0.05, 2),
+        staircase("staircase", FIG13_LEVELS_V, 0.08, 2),
+        staircase("staircase_0.6", tuple(0.6 * level for level in FIG13_LEVELS_V), 0.03, 2),
         sine("sine_10hz_3.4v", 10.0, 3.4, 2, 4),
         sine("sine_10hz_2.6v", 10.0, 2.6, 2, 4),
         sine("sine_31hz_8v", 31.25, 8.0, 5, 4),
@@ -93,5 +93,5 @@ def held_out() -> tuple[Stimulus, ...]:
     """Return the runs kept back, 3.6 s: another kind of stimulus and other levels, w within reach of the training."""
     return (
         multisine("multisine", 5.6, 2),
-        staircase("staircase_other", HELD_OUT_LEVELS_V, 0.10),
+        staircase("staircase_other", HELD_OUT_LEVELS_V, 0.05, 2),
     )

@@ -76,6 +76,18 @@ def test_what_a_comb_promises_a_simulation_gives(evidence):
     assert promised == pytest.approx(evidence.gain(steps, {"lsb": LSB}), rel=0.02)
 
 
+def test_steps_do_not_start_at_the_edge_of_those_that_round_alike(evidence, monkeypatch):
+    """There the size next to it, to which the start is rounded, puts a held level on another step."""
+    least, most = comb(evidence.coarse).alike(LSB)
+    edges, compared = [most - 1e-12, least + 1e-12], []
+    monkeypatch.setattr(Comb, "best", lambda teeth, range_v, count: edges)
+    monkeypatch.setattr(DacQuantisation, "_left", lambda steps, there, values: compared.append(values["lsb"]) or 0.0)
+    DacQuantisation(Place.SOURCE).starts(evidence)
+    room = 0.01 * (most - least)
+    assert len(compared) == len(edges)
+    assert all(least + room < lsb < most - room for lsb in compared)
+
+
 def test_steps_start_where_they_are(evidence):
     (start,) = DacQuantisation(Place.SOURCE).starts(evidence)
     assert start["lsb"] == pytest.approx(LSB, abs=2e-5)

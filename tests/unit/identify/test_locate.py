@@ -1,9 +1,11 @@
 """Where does a mismatch enter, when what makes it is no matter?"""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lsim
 
 from identify.chain import signals
 from identify.effects import chain_of
@@ -21,10 +23,11 @@ from identify.explain.suspect import MOST, contenders, overlooked
 from identify.explain.wander import unrepeated
 from identify.phases import turned_sines
 from identify.stage import Place
-from identify.trace import Step
+from identify.trace import Array, Step, Trace
 from identify.unnamed.correction import Correction
-from identify.unnamed.linear import Filter, OneWay
-from identify.unnamed.maps import LevelMap, LevelTable, RateMap
+from identify.unnamed.hysteresis import Relays
+from identify.unnamed.linear import Bypass, Filter, OneWay
+from identify.unnamed.maps import LevelMap, LevelTable, RateMap, Trailing
 from identify.unnamed.timed import ClockMap
 from tests.proof.cases import Concealed
 from tests.proof.integrator import play, slewed
@@ -83,14 +86,33 @@ def test_a_supply_that_generator_and_adc_share_is_a_gain_that_goes_with_u() -> N
 
 def test_a_buffer_that_cannot_follow_the_reading_may_be_of_g2_or_of_the_adc() -> None:
     """What G2 puts out is what is read: only G2 was listed, and F."""
+    slow_v = 0.05  # a sample; the largest step is 0.08 V
+    told = found(added_to_readings(lambda trace: slewed(trace.y, slow_v) - trace.y))
+    assert told.best.form == "lag behind a rate"
+    assert {Place.G2, Place.SENSE} <= set(told.places)
+
+
+def added_to_readings(make: Callable[[Trace], Array]) -> Bench:
+    """Return the two short recordings with something added to y and then noise."""
     rng, seen = np.random.default_rng(2), []
     for i, stimulus in enumerate((WALK, WAVE)):
         trace = recorded(OP_AMP, stimulus, (), 0.0, i, 3.0 * i, 8)
-        slow = slewed(trace.y, 0.05)  # V a sample; the largest step is 0.08 V
-        seen.append(observed(replace(trace, y=slow + NOISE_V * rng.normal(size=trace.size)), NOISE_V, 1))
-    told = found(replace(bench(), observations=tuple(seen)))
-    assert told.best.form == "lag behind a rate"
-    assert {Place.G2, Place.SENSE} <= set(told.places)
+        y = trace.y + make(trace) + NOISE_V * rng.normal(size=trace.size)
+        seen.append(observed(replace(trace, y=y), NOISE_V, 1))
+    return replace(bench(), observations=tuple(seen))
+
+
+def test_what_bridges_the_gap_linearly_is_a_path_past_the_circuit_and_listed_at_f() -> None:
+    """A stray capacitor across F: its current has the way through G1 and G2."""
+    g1, g2 = (OP_AMP.g1_num, OP_AMP.g1_den), (OP_AMP.g2_num, OP_AMP.g2_den)
+    bridge = (np.polymul((2e-3, 0.0), np.polymul(g1[0], g2[0])), np.polymul(g1[1], g2[1]))
+
+    def bridged(trace: Trace) -> Array:
+        return np.asarray(lsim(bridge, trace.u, np.arange(trace.size) / trace.rate_hz, interp=False)[1])
+
+    told = found(added_to_readings(bridged))
+    assert told.best.form == Bypass.form
+    assert {Place.F, Place.SENSE} <= set(told.places)
 
 
 def test_a_gain_that_ripples_quickly_behind_the_gap_ripples_alike_before_g2_and_behind_it() -> None:
@@ -275,12 +297,22 @@ def test_a_correction_that_explains_little_excludes_no_other_place(left: float, 
     assert Place.F not in told.alternatives()
 
 
-def test_what_a_law_of_v_explains_as_well_as_one_of_w_is_taken_for_that_of_w() -> None:
+@pytest.mark.parametrize("kind", [LevelMap, Relays])
+def test_what_a_law_of_v_explains_as_well_as_one_of_w_is_taken_for_that_of_w(kind: type[Correction]) -> None:
     there = bench()
     base = replace(there.fitted(there.plain, ()), chi2=2000.0, count=1000)
     left = replace(base, chi2=1000.0)
-    fitted = tuple((LevelMap(place, (-1.0, 0.0, 1.0, 2.0)), left) for place in (Place.G1, Place.F))
+    fitted = tuple((kind(place, (-1.0, 0.0, 1.0, 2.0)), left) for place in (Place.G1, Place.F))
     assert Located(base, fitted, 0.0, (5.0, 5.0)).places == pytest.approx({Place.F: 0.8, Place.G1: 0.2})
+
+
+@pytest.mark.parametrize("kind", [RateMap, Trailing])
+def test_a_law_of_how_fast_g2_puts_out_is_listed_at_the_sense(kind: type[Correction]) -> None:
+    """What G2 puts out is what is read: a sampling capacitor that keeps some of the last reading was G2's alone."""
+    there = bench()
+    base = replace(there.fitted(there.plain, ()), chi2=2000.0, count=1000)
+    fitted = ((kind(Place.G2, (-1.0, 1.0, 2.0)), replace(base, chi2=1000.0)),)
+    assert Located(base, fitted, 0.0, (5.0,)).places == pytest.approx({Place.G2: 0.8, Place.SENSE: 0.2})
 
 
 def test_of_corrections_that_race_those_come_to_the_end_that_explain_most() -> None:

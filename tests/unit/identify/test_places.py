@@ -25,7 +25,7 @@ PLANTED = {  # law -> its values, the stage, the forms that may tell it, the lea
     "drifting_pole in G2": ({"rate": 2e-3, "tau": 5e-3}, Place.G2, {"drift of the dynamics"}, 0.9),
     "touched_part in G1": ({"share": 0.3, "tau": 2e-3, "moment": 1.5}, Place.G1, {"delay by runs"}, 0.8),
     "touched_part in G2": ({"share": 0.3, "tau": 2e-3, "moment": 1.5}, Place.G2, {"delay by runs"}, 0.8),
-    "trigger": ({"size": 0.3, "level": 5.0}, Place.F, {"relays"}, 0.6),
+    "trigger": ({"size": 0.3, "level": 5.0}, Place.F, {"relays"}, 0.99),
     "stick_slip": ({"stuck": 0.3}, Place.F, {"stick and slip"}, 0.7),
     "crosstalk": ({"size": 0.2, "level": 0.7}, Place.SENSE, {"map of the source"}, 0.6),
     "wavy_adc": ({"size": 0.1, "period": 6.0}, Place.SENSE, {"map of the level"}, 0.6),

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from identify.effects import chain_of
+from identify.effects import catalogue, chain_of
+from identify.explain import explain
 from identify.explain.bench import Bench
 from identify.explain.locate import Located
 from identify.explain.prove import foretells
@@ -14,8 +15,9 @@ from identify.unnamed.correction import Correction
 from identify.unnamed.lines import Line
 from identify.unnamed.maps import LevelMap, LevelTable
 from identify.unnamed.timed import ClockMap
+from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
-from tests.proof.stimuli import FIG13_LEVELS_V, staircase
+from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
 from tests.trials import model_of, observed, recorded
 
 KNOTS = (-4.0, -1.0, 2.0, 5.0)
@@ -42,3 +44,23 @@ def test_where_held_out_data_are_no_better_for_a_correction_no_place_is_excluded
     beyond = Located(PLAIN, ((LevelMap(Place.F, KNOTS), replace(PLAIN, chi2=0.5 * PLAIN.chi2)),), 1e-9, (5.0,))
     assert beyond.alternatives() == ()
     assert set(beyond.alternatives(True)) == set(Place) - {Place.F}
+
+
+@pytest.mark.parametrize(("size_v", "others", "told"), [
+    (0.2, ("G2",), "would do nearly as well"), (-0.2, ("source", "G1", "F", "G2"), "where the mismatch enters is open"),
+])  # fmt: skip
+def test_an_answer_says_that_a_place_is_open_where_held_out_runs_are_no_better_for_it(
+    size_v: float, others: tuple[str, ...], told: str
+) -> None:
+    """Those here have what the others have, or the opposite of it."""
+    here, there = (Concealed("crosstalk", {"size": size, "level": 0.7}) for size in (0.2, size_v))
+    runs = (staircase("walk", FIG13_LEVELS_V, 0.02), sine("wave", 20.0, 3.0, 3, 1))
+    train = [recorded(OP_AMP, run, (here,), 0.01, i, 3.0 * i, 8) for i, run in enumerate(runs)]
+    test = [recorded(OP_AMP, sine("other", 12.5, 3.0, 2, 1), (there,), 0.01, 9, 9.0, 8)]
+    answer = explain(model_of(OP_AMP), train, test, leave_out=tuple(catalogue()))
+    assert answer.location is not None
+    assert (answer.location.stage, set(answer.location.alternatives)) == ("sense", set(others))
+    assert told in answer.location.sentence
+    assert bool(answer.effects) is (size_v > 0.0)
+    ends = "what it is stays open." if size_v > 0.0 else "The mismatch is not explained; where it enters is open."
+    assert answer.remaining.sentence.endswith(ends)

@@ -9,6 +9,8 @@ from identify.explain.bench import Bench
 from identify.explain.corrections import APART, RESTS, dwelt_levels, with_zero
 from identify.explain.suspect import MOST, Suspect, columns_of, contenders, explainable, finer, overlooked, suspect
 from identify.stage import Place
+from identify.unnamed.correction import Correction
+from identify.unnamed.hysteresis import Relays, Sticking
 from identify.unnamed.maps import LevelMap, Trailing
 from identify.unnamed.modulation import Heated
 from identify.unnamed.timed import GainSteps, GapSteps, LeadSteps, OffsetSteps, Timed
@@ -94,6 +96,27 @@ def test_one_lag_that_is_sought_is_put_in_the_place_of_several_where_it_does(
         assert kept.correction.knots[0] == pytest.approx(taus_s[0], rel=0.1)
         assert kept.gain > several.gain
         assert 0.0 < kept.looks < kept.worth(1.0)[1]
+
+
+@pytest.mark.parametrize(("physics", "law", "threshold_v"), [
+    (Concealed("trigger", {"size": 0.3, "level": 5.0}), Relays(Place.F, (1.0, 2.5, 4.0, 7.0, 10.0)), 5.0),
+    (Concealed("stick_slip", {"stuck": 0.3}), Sticking(Place.F, (0.05, 0.1, 0.2, 0.4, 0.8)), 0.3),
+], ids=["relays", "sticking"])  # fmt: skip
+def test_one_threshold_is_sought_between_those_that_are_fixed(
+    physics: Concealed, law: Correction, threshold_v: float
+) -> None:
+    there = evidence(*FIG13_LEVELS_V, physics=(physics,))
+    several = suspect(there, law)
+    kept = finer(there, several, 1.0)
+    assert kept.correction.knots == pytest.approx((threshold_v,), rel=0.05)
+    assert kept.gain > several.gain
+
+
+@pytest.mark.parametrize(("gain", "fitted"), [(8.5e3, True), (7e3, False)])
+def test_a_place_that_promises_nearly_as_much_is_fitted_too(gain: float, fitted: bool) -> None:
+    """First order is that rough: a slow amplifier of G1 promised a seventh less than the one of F it was taken for."""
+    chosen = contenders([promising(Place.F, 1e4), promising(Place.G1, gain)], 1.0)
+    assert (Place.G1 in {s.correction.place for s in chosen}) is fitted
 
 
 def test_one_largest_rate_is_sought_on_either_side_of_zero() -> None:

@@ -38,10 +38,10 @@ def test_steps_tile_every_run_and_repeats_play_the_same(clean):
     for run in clean:
         assert run.steps[0].start == 0
         assert run.steps[-1].stop == run.u.size
+        assert len(run.steps) >= 2
         first = run.u[run.steps[0].start : run.steps[0].stop]
         for step in run.steps:
             assert np.array_equal(run.u[step.start : step.stop], first)
-    assert sum(len(run.steps) > 1 for run in clean) >= len(clean) - 2
 
 
 def test_noise_is_white_gaussian_of_ten_millivolts_and_new_in_every_run(clean):
@@ -98,7 +98,7 @@ def test_concealed_physics_changes_the_recording(name):
         - answer(case.rig, s.u, Grid(s.rate_hz, s.u.size, 2, at))
         for s, at, _ in schedule(case)
     ])  # fmt: skip
-    assert np.sqrt(np.mean(changed**2)) > case.rig.noise_v
+    assert np.sqrt(np.mean(changed**2)) > 1.5 * case.rig.noise_v
 
 
 @pytest.mark.parametrize("rig", [OP_AMP, SKEWED, RC])
