@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from math import isfinite, log
+from typing import Any, TypeVar
 
 import numpy as np
 from scipy.linalg import LinAlgError
@@ -39,6 +40,8 @@ from identify.observe import Observation, refined
 from identify.stepping import alike, coarsened
 from identify.thinning import thinned
 
+Told = TypeVar("Told")
+
 ITERATIONS = 40
 ENOUGH = 0.3  # of chi-squared: steps that gain less together change no odds
 COARSER = 4  # instants of a grid to one of that on which a fit is searched
@@ -59,7 +62,7 @@ class Bench:
     kinds: tuple[type[Effect], ...]
     known: dict[tuple[Effect, ...], Hypothesis] = field(default_factory=dict)
     noise_known: float = NOISE_KNOWN
-    asked: dict[int, tuple[Hypothesis, list[Suspect]]] = field(default_factory=dict)
+    asked: dict[tuple[object, int], tuple[Hypothesis, Any]] = field(default_factory=dict)
     carried: Carried | None = None
 
     @property
@@ -87,7 +90,11 @@ class Bench:
             found = self._searched(found.chain, effects, seen, iterations)
         left, swell = without_chance(found.chain, effects, seen, self.noise_known)
         count = sum(o.count for o in self.observations)
-        return Hypothesis(tuple(effects), found, left, count, self.noise_known, swell)
+        return Hypothesis(tuple(effects), found, left, count, self.noise_known, swell, self.observations)
+
+    def again(self, hypothesis: Hypothesis) -> Hypothesis:
+        """Return a hypothesis fitted to these data on these grids: itself where it was."""
+        return hypothesis if hypothesis.data is self.observations else self.remembered(_again, hypothesis)
 
     def finely(self, hypothesis: Hypothesis) -> Hypothesis:
         """Return a hypothesis fitted to its end on the grids of the bench: slopes there tell how sure values are."""
@@ -137,16 +144,31 @@ class Bench:
 
         Beside a law whose chance the data are weighed beside, none that may be its.
         """
-        if id(base) not in self.asked:
-            found = suspects(self.evidence(base))
-            self.asked[id(base)] = base, [s for s in found if not self.carried or self.carried.leaves(s)]
-        return self.asked[id(base)][1]
+        return self.remembered(_suspects, base)
+
+    def remembered(self, question: "Callable[[Bench, Hypothesis], Told]", base: Hypothesis) -> Told:
+        """Return what a question about a hypothesis was answered before on these data, or ask it."""
+        key = question, id(base)
+        if key not in self.asked:
+            self.asked[key] = base, question(self, base)
+        answer: Told = self.asked[key][1]
+        return answer
 
     def explainable(self, base: Hypothesis) -> float:
         """Return how much of chi-squared there is to explain: beyond the noise, or what free-form corrections find."""
         if base.misfit > base.noise_known or base.swell > 1.0:
             return base.chi2 - base.count
         return explainable(self.suspects(base))
+
+    def complete(self, hypothesis: Hypothesis) -> bool:
+        """Return whether what a hypothesis leaves may all be noise.
+
+        It is less than what the noise's variance is known to, or less than twice that and no correction of free form
+        finds anything in it.
+        """
+        if hypothesis.misfit < self.noise_known or hypothesis.proven or hypothesis.swell > 1.0:
+            return hypothesis.misfit < self.noise_known
+        return not explainable(self.suspects(hypothesis))
 
     def refined(self, chain: Chain) -> "Bench":
         """Return the bench with grids fine enough for ``chain``."""
@@ -174,19 +196,19 @@ class Bench:
         worth = promising(hopes, len(screened), runs)
         tried = raced(self, base, worth)
         late = outdone(hopes, worth, base.chi2 - min((h.chi2 for h in tried), default=base.chi2)) if tried else []
-        worth, tried = [*worth, *late], doubled(self, base, [*tried, *raced(self, base, late)], least)
-        left_over = min((h.misfit for h in tried), default=base.misfit)
-        if not left_over < self.noise_known < base.misfit:
+        worth, tried = [*worth, *late], doubled(self, base, [*tried, *raced(self, base, late, tried)], least)
+        complete = self.complete(min((base, *tried), key=lambda h: h.chi2))
+        if not complete or base.misfit < self.noise_known:
             wanders = unrepeated(base.fit.chain, self.observations)
-            unmet = [p.candidate for p in unforeseen(hopes, worth, tried, base)]
             there = self.explainable(base)
+            unmet = [p.candidate for p in unforeseen(hopes, worth, tried, base, there)]
             lags = lagging(screened, tried, base, wanders > MOSTLY, there) if there > least else []
             left = [*unmet, *(c for c in lags if c not in unmet)]
             starts = [Promise(c, self._begun(base, c, wanders), c.gain) for c in left]
-            tried = [*tried, *raced(self, base, starts)]
+            tried = [*tried, *raced(self, base, starts, tried)]
         fitted = [h for h in (*tried, *self.fuller(base, tried)) if self.possible(h)]
         fitted = [h for h in fitted if base.chi2 - h.chi2 >= self.rough] if self.rough else fitted
-        pairs = () if left_over < self.noise_known else together(evidence, hopes)
+        pairs = () if complete else together(evidence, hopes)
         return Round(base, tuple(screened), ranked(base, fitted), None, passed_over(hopes, worth), pairs)
 
     def _begun(self, base: Hypothesis, candidate: Candidate, wanders: float) -> Chain:
@@ -231,3 +253,12 @@ class Bench:
         if effects not in self.known:
             self.known[effects] = fitted()
         return self.known[effects]
+
+
+def _suspects(bench: Bench, base: Hypothesis) -> list[Suspect]:
+    """Return what every correction of free form promises, but for what a law that is carried along may do."""
+    return [s for s in suspects(bench.evidence(base)) if not bench.carried or bench.carried.leaves(s)]
+
+
+def _again(bench: Bench, hypothesis: Hypothesis) -> Hypothesis:
+    return bench.fitted(hypothesis.fit.chain, hypothesis.effects)

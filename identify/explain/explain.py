@@ -78,7 +78,7 @@ def _explained(
         return _explained(model, traces, hold_out, note, replace(look, against=found))
     bench, final, rounds = found
     note("checking the names against free-form corrections", 0.75)
-    plain = bench.fitted((rounds[0].base if rounds else plain).fit.chain, ())
+    plain = bench.again(rounds[0].base if rounds else plain)
     earned = warranted(bench, plain, final, rounds)
     note("confirming on held-out data", 0.9)
     test = alike_weighed(bench, final.fit.chain, data.test)

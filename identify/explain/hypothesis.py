@@ -8,6 +8,7 @@ from scipy.stats import chi2 as chi2_distribution
 
 from identify.effects.effect import Effect
 from identify.fit import Fit
+from identify.observe import Observation
 
 FALSE_DISCOVERIES = 0.01  # share of findings on the training data that may be chance
 WORTH = 0.2  # share of a misfit beyond the noise an effect must explain: less is what any wrong effect absorbs
@@ -22,6 +23,7 @@ class Hypothesis:
 
     ``noise_known`` is how well the variance of that noise is known, relative to it. What effects make by chance is not
     in ``chi2``; it hangs together, and the variance of a sum over readings is ``swell`` times that of the noise alone.
+    ``data`` are those it was fitted to, on their grids.
     """
 
     effects: tuple[Effect, ...]
@@ -30,6 +32,7 @@ class Hypothesis:
     count: int
     noise_known: float = NOISE_KNOWN
     swell: float = 1.0
+    data: tuple[Observation, ...] = ()
 
     @property
     def parameters(self) -> int:

@@ -125,10 +125,15 @@ def scores(base: Hypothesis, fitted: Sequence[Hypothesis], prices: Sequence[floa
 
 
 def located(bench: Bench, base: Hypothesis) -> Located:
-    """Fit the corrections that promise most on top of a hypothesis, the best of each of several places.
+    """Fit the corrections that promise most on top of a hypothesis, the best of each of several places; remember them.
 
     None where all that is left may be what its own effects do by chance.
     """
+    return bench.remembered(_located, base)
+
+
+def _located(bench: Bench, base: Hypothesis) -> Located:
+    """Fit them once."""
     if all_wanders(base, bench.observations):
         return Located(base, (), 1.0)
     ranked = bench.suspects(base)

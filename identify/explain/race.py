@@ -26,12 +26,17 @@ DOUBLED = 3  # candidates of a round that are fitted again from twice their stre
 TURNS = 4  # times phases are looked for anew once the rest has moved
 
 
-def raced(bench: "Bench", base: Hypothesis, promises: Sequence[Promise]) -> list[Hypothesis]:
-    """Fit candidates side by side, a few iterations at a time; one that cannot come near is not fitted further."""
+def raced(
+    bench: "Bench", base: Hypothesis, promises: Sequence[Promise], ahead: Sequence[Hypothesis] = ()
+) -> list[Hypothesis]:
+    """Fit candidates side by side, a few iterations at a time; one that cannot come near is not fitted further.
+
+    Near what is best of them, and of what is ``ahead``: fits of the same base that were made before.
+    """
     found = [_extended(bench, base, promise) for promise in promises]
     hopes = [h.hope for h in found]
     for _ in range(LAPS):
-        best = min(found, key=lambda h: h.chi2, default=base)
+        best = min((*found, *ahead), key=lambda h: h.chi2, default=base)
         reach = max(NEAR, FAR * (base.chi2 - best.chi2))
         running = [
             not h.fit.converged and h.chi2 - best.chi2 < min(reach, max(COMPARED, more)) and more > DECISIVE

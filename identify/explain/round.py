@@ -140,16 +140,16 @@ def passed_over(promises: Sequence[Promise], fitted: Sequence[Promise]) -> tuple
 
 
 def unforeseen(
-    promises: Sequence[Promise], fitted: Sequence[Promise], tried: Sequence[Hypothesis], base: Hypothesis
+    promises: Sequence[Promise], fitted: Sequence[Promise], tried: Sequence[Hypothesis], base: Hypothesis, there: float
 ) -> list[Promise]:
     """Return what was not fitted, gains much from its start, and is not told by a first order in the plain parameters.
 
     These have moved far to stand in for it, and its fit does not begin where their first order leads. Where the best
-    fit leaves much of a plain misfit, they have for all laws, and everything is returned.
+    fit leaves much of what is ``there`` beside the plain ones, they have for all laws, and everything is returned.
     """
     best = max((p.candidate.gain for p in fitted), default=0.0)
     left = [p for p in promises if p not in fitted]
-    if not base.effects and min(tried, key=lambda h: h.chi2, default=base).share(base) < WHOLE:
+    if not base.effects and base.chi2 - min((h.chi2 for h in tried), default=base.chi2) < WHOLE * there:
         return left
     told = [p for p in left if p.slack > abs(p.gain) and p.candidate.gain > PROMISING * best]
     return sorted(told, key=lambda p: -p.candidate.gain)[:UNFORESEEN]

@@ -41,7 +41,8 @@ def selected(
         bench, this = decided(bench, bench.round(best, least))
         plain = None if best.effects else _unended(bench, this)
         if plain is not None:
-            start, best, (bench, this) = plain, plain, decided(bench, bench.round(plain))
+            best, (bench, this) = plain, decided(bench, bench.round(plain))
+        start = start if best.effects else this.base
         this, ends = _settled(bench, start, this, rounds, part, least)
         if ends and this.best is not None:
             return bench, pruned(bench, this.best), [*rounds, this]
@@ -92,9 +93,9 @@ def _hopeless(bench: Bench, start: Hypothesis, best: Hypothesis) -> float:
     Two laws at different places are more than one correction can make, and two at one are found by now: the catalogue
     has not the law, unless another in the place of one of them does as well.
     """
-    if best.misfit < best.noise_known or best.swell > 1.0:
+    if bench.complete(best) or best.swell > 1.0:
         return 0.0
-    told = [h for c, h in located(bench, start).fitted if len(c.knots) <= MOST]
+    told = [h for c, h in located(bench, bench.again(start)).fitted if len(c.knots) <= MOST]
     return min((h.chi2 for h in told if h.misfit < FAR_LESS * best.misfit), default=0.0)
 
 

@@ -66,7 +66,10 @@ def test_a_fit_is_continued_only_where_its_slope_promises_more_and_it_gains(benc
     """One sprint was not the end of it; whether there is a next lap is what its slope says, then what laps gain."""
     promise = Promise(Candidate(RAIL, {}, 0.0), bench.plain, 0.0)
     laps: list[int] = []
-    for beyond, gain, count in ((0.1, 5.0, 0), (5.0, 0.0, 1), (5.0, 5.0, 12)):
+    near, far = (replace(rail, chi2=rail.chi2 - by) for by in (100.0, 0.5 * (base.chi2 - rail.chi2)))
+    for beyond, gain, known, count in (
+        (0.1, 5.0, [], 0), (5.0, 0.0, [], 1), (5.0, 5.0, [], 12), (50.0, 20.0, [near], 12), (50.0, 20.0, [near, far], 0),
+    ):  # fmt: skip
         left = replace(rail, fit=replace(rail.fit, converged=False, beyond=beyond))
 
         def fitted(bench, chain, effects, iterations, left=left, gain=gain):
@@ -76,8 +79,8 @@ def test_a_fit_is_continued_only_where_its_slope_promises_more_and_it_gains(benc
         monkeypatch.setattr(race, "_extended", lambda bench, base, promise, left=left: left)
         monkeypatch.setattr(Bench, "fitted", fitted)
         laps.clear()
-        (found,) = raced(bench, base, [promise])
-        assert len(laps) == count
+        (found,) = raced(bench, base, [promise], known)
+        assert len(laps) == count  # none where what is known already is far ahead
         assert found.chi2 == pytest.approx(rail.chi2 - count * gain)
 
 

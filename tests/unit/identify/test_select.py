@@ -13,7 +13,7 @@ from identify.explain.decide import decided, overtaking
 from identify.explain.exchange import exchanged
 from identify.explain.explain import prepared
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.locate import Located
+from identify.explain.locate import Located, located
 from identify.explain.neighbours import resettled
 from identify.explain.promise import Promise
 from identify.explain.prune import simplified
@@ -172,6 +172,31 @@ def test_what_finer_grids_bring_near_a_winner_that_leaves_much_is_fitted_there(b
     assert this.tried[0].chi2 < min(h.chi2 for h in coarse)
 
 
+def test_all_is_explained_where_what_is_left_may_be_noise_and_corrections_find_nothing_in_it(bench, monkeypatch):
+    """How large noise is nobody knows to the last: what is left may be physics of less than that."""
+    base = bench.fitted(bench.plain, ())
+    promise = Suspect(LevelMap(Place.F, (-1.0, 0.0, 1.0), "map"), np.ones(3), np.zeros(3), {})
+    for left, gain, complete in ((0.5, 500.0, True), (1.5, 500.0, False), (1.5, 5.0, True), (2.5, 5.0, False)):
+        hypothesis = replace(base, chi2=(1.0 + left * bench.noise_known) * base.count)
+        found = [replace(promise, squares=np.full(3, gain / 3.0))]
+        monkeypatch.setattr(Bench, "suspects", lambda self, asked, found=found: found)
+        assert bench.complete(hypothesis) is complete
+        assert bench.complete(replace(hypothesis, swell=20.0)) is (left < 1.0)
+
+
+def test_a_hypothesis_is_fitted_again_on_other_grids_alone_and_once(bench, monkeypatch):
+    base = bench.fitted(bench.plain, ())
+    assert bench.again(base) is base
+    finer = replace(bench, observations=tuple(replace(o, substeps=2) for o in bench.observations), known={}, asked={})
+    there = finer.again(base)
+    assert there is not base
+    assert there is finer.again(base) is finer.again(there)
+    looks: list[int] = []
+    monkeypatch.setattr("identify.explain.locate.all_wanders", lambda base, seen: bool(looks.append(1)) or True)
+    assert located(finer, there) is located(finer, there)
+    assert len(looks) == 1
+
+
 def test_what_a_further_effect_may_bring_ahead_is_undecided(bench):
     """The winner leaves more than it leads by: its own values may stand in for what is not found yet."""
     base, won, rail = bench.fitted(bench.plain, ()), fitted(bench, DIODE), fitted(bench, RAIL)
@@ -212,9 +237,11 @@ def test_what_first_order_does_not_foresee_is_fitted_where_its_start_gains_much(
     )  # fmt: skip
     promises, base = [sure, mistaken, faint, fitted], bench.fitted(bench.plain, ())
     nearly_all, poor = (replace(base, chi2=share * base.chi2 + (1.0 - share) * base.count) for share in (0.05, 0.3))
-    assert unforeseen(promises, [fitted], [nearly_all], base) == [mistaken]
-    assert unforeseen(promises, [fitted], [poor], base) == [sure, mistaken, faint]  # plain values stand in for all
-    assert unforeseen(promises, [fitted], [poor], replace(base, effects=(BYPASS,))) == [mistaken]
+    there = base.chi2 - base.count
+    assert unforeseen(promises, [fitted], [nearly_all], base, there) == [mistaken]
+    assert unforeseen(promises, [fitted], [poor], base, there) == [sure, mistaken, faint]  # plain values hide all
+    assert unforeseen(promises, [fitted], [poor], base, 0.7 * there) == [mistaken]  # corrections find no more
+    assert unforeseen(promises, [fitted], [poor], replace(base, effects=(BYPASS,)), there) == [mistaken]
 
 
 def test_a_step_that_no_slope_leads_to_is_looked_for_before_a_second_law_is():
@@ -323,7 +350,7 @@ def test_what_promises_more_than_the_best_fit_kept_is_fitted_too(bench, monkeypa
     assert outdone([first, second, third], [first], 900.0) == []
     asked: list[list[Promise]] = []
 
-    def raced(bench, base, promises):
+    def raced(bench, base, promises, ahead=()):
         asked.append(list(promises))
         fall = {DIODE: 100.0, RAIL: 290.0}
         return [replace(rail, chi2=base.chi2 - fall[p.candidate.effect]) for p in promises]
