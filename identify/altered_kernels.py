@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from identify.kernels import play_between
 from identify.trace import Array
 
 STILL = (1.0, 0.0, 0.0, 0.0, 0.0)  # the ``hold`` of a level that stays
@@ -37,6 +38,8 @@ def held_play(lower: Array, upper: Array, hold: Any, state: Any, out: Array) -> 
     charge follows the middle of the step.
     """
     w, q = state
+    if hold == STILL:
+        return play_between(lower, upper, w, out), q
     for j in range(lower.size):
         free, q = _held(hold, _middle(lower, upper, j), w, q)
         w = min(max(free, lower[j]), upper[j])
@@ -46,6 +49,22 @@ def held_play(lower: Array, upper: Array, hold: Any, state: Any, out: Array) -> 
 
 
 @njit(error_model="numpy", cache=True)
+def widened(late: float, known: Array, out: Array) -> None:
+    """Write by how many V the speed of a signal pushes a border away, after ``late`` steps at that speed.
+
+    ``known`` is the signal from three instants before the first of ``out``. The speed is the slope of the last step,
+    carried on to its end by the lesser of the last two changes of slope; where the signal has turned round in between,
+    the border stood where that turned.
+    """
+    for j in range(out.size):
+        first, before, now = known[j + 1] - known[j], known[j + 2] - known[j + 1], known[j + 3] - known[j + 2]
+        last, change = before - first, now - before
+        on = min(abs(change), abs(last)) if change * last > 0.0 else 0.0
+        fast = late * abs(now + 0.5 * np.copysign(on, change))
+        out[j] = -abs(now) if before * now < 0.0 else fast
+
+
+@njit(error_model="numpy", cache=True, fastmath={"reassoc", "nsz"})  # levels are summed several at once
 def plays_abreast(
     lower: Array, upper: Array, later_l: Array, later_u: Array, hold: Any, w: Array, q: Array, out: Array
 ) -> None:
@@ -53,14 +72,21 @@ def plays_abreast(
 
     Each holds its level as in ``held_play``; the levels ``w`` and charges ``q`` are left as they end.
     """
+    still = hold == STILL
+    share = 1.0 / w.size
     for j in range(lower.size):
-        total = 0.0
-        for i in range(w.size):
-            free, charge = _held(hold, _middle(lower, upper, j), w[i], q[i])
-            level = min(max(free, lower[j] - later_l[i]), upper[j] + later_u[i])
-            w[i], q[i] = level, charge + 0.5 * hold[4] * (level - free)
-            total += level
-        out[j] = total / w.size
+        total, low, high, middle = 0.0, lower[j], upper[j], _middle(lower, upper, j)
+        if still:
+            for i in range(w.size):
+                w[i] = min(max(w[i], low - later_l[i]), high + later_u[i])
+                total += w[i]
+        else:
+            for i in range(w.size):
+                free, charge = _held(hold, middle, w[i], q[i])
+                level = min(max(free, low - later_l[i]), high + later_u[i])
+                w[i], q[i] = level, charge + 0.5 * hold[4] * (level - free)
+                total += level
+        out[j] = total * share
 
 
 @njit(error_model="numpy", cache=True)

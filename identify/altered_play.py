@@ -153,10 +153,9 @@ def _border(x: Array, slope: float, bend: tuple[float, float]) -> Array:
 def _widening(late_s: float, grid: Grid) -> Callable[[Array], Array]:
     """Return what makes of v by how many V its speed pushes each border away.
 
-    The speed is the slope of the last step, carried on to its end by the lesser of the last two changes of slope:
-    behind a block of first order the slope jumps with its input, and what a jump would add to it once w, which keeps
-    the most that a border pushed it, would keep. Where v has turned round in between, its speed was zero there, and
-    the border stood where v turned: close to the instant before.
+    As ``widened`` has it: behind a block of first order the slope jumps with its input, and what a jump would add to
+    it once w, which keeps the most that a border pushed it, would keep. Where v has turned round in between, its speed
+    was zero there, and the border stood where v turned: close to the instant before.
     """
     past = np.zeros(0)
 
@@ -164,10 +163,8 @@ def _widening(late_s: float, grid: Grid) -> Callable[[Array], Array]:
         nonlocal past
         known = np.concatenate((past if past.size else np.full(3, v[0]), v))
         past = known[-3:]
-        slope = np.diff(known)
-        before, now, change = slope[1:-1], slope[2:], np.diff(slope)
-        on = np.where(change[1:] * change[:-1] > 0.0, np.minimum(np.abs(change[1:]), np.abs(change[:-1])), 0.0)
-        fast = late_s / grid.step_s * np.abs(now + 0.5 * np.copysign(on, change[1:]))
-        return np.where(before * now < 0.0, -np.abs(now), fast)
+        out = np.empty_like(v)
+        altered_kernels.widened(late_s / grid.step_s, known, out)
+        return out
 
     return run

@@ -33,6 +33,7 @@ class AdcClipping(Limit):
     fingerprint = "flat at a fixed y"
     places = (Place.SENSE,)
     elsewhere: ClassVar = {Place.F: "saturation"}
+    shapeless = True
     declared = (UPPER, LOWER)
     confused_with = (
         Confusion(

@@ -34,6 +34,7 @@ class AdcQuantisation(Effect):
     fingerprint = "residual on a grid"
     quick = True
     places = (Place.SENSE,)
+    shapeless = True
     declared = (LSB, NOISE)
     absent: ClassVar = {"LSB": 0.0, "noise": 1.0}
     confused_with = (

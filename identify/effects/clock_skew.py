@@ -37,6 +37,7 @@ class ClockSkew(Effect):
     fingerprint = "phase error grows with time"
     quick = True
     places = (Place.SENSE,)
+    shapeless = True
     declared = (PPM,)
     absent: ClassVar = {"ppm": 0.0}
     confused_with = (

@@ -56,6 +56,7 @@ class Effect(Stage):
     brings: ClassVar[tuple[str, ...]] = ()  # ids of blemishes of the readings that are its own doing
     elsewhere: ClassVar[Mapping[Place, str]] = {}  # where the same law would be other physics, and its id if it has one
     by_chance: ClassVar[bool] = False  # whether its law is only the mean of what it does, and ``course`` one of many
+    shapeless: ClassVar[bool] = False  # whether what it does may show to no correction of free form
     forms: ClassVar[tuple[str, ...]] = ("",)
     declared: ClassVar[tuple[Parameter, ...]]
     absent: ClassVar[Mapping[str, float]]  # by short name

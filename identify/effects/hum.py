@@ -56,6 +56,7 @@ class Hum(InsidePlay):
     axis = "mains lines"
     fingerprint = "a line whose phase is free of the stimulus; at v the gap rectifies it"
     places = (Place.SENSE, Place.G1, Place.F)
+    shapeless = True
     forms = ("", "rectified")
     declared = (FREQUENCY, *AMPLITUDES, *ANGLES, PHASE)
     absent: ClassVar = {"frequency": 50.0, **{p.name.partition(".")[2]: 0.0 for p in (*AMPLITUDES, *ANGLES, PHASE)}}

@@ -42,6 +42,7 @@ class ProcessNoise(InsidePlay):
     places = (Place.G1,)
     brings = ("coloured_noise",)  # w wanders about its mean
     by_chance = True
+    shapeless = True
     forms = ("low-pass", "white")
     declared = (SD, BANDWIDTH)
     absent: ClassVar = {"sd": 0.0, "bandwidth": 1e3}

@@ -32,7 +32,7 @@ from identify.explain.round import (
     richer,
     unforeseen,
 )
-from identify.explain.suspect import Suspect, explainable, suspects
+from identify.explain.suspect import Suspect, explainable, hinted, suspects
 from identify.explain.wander import MOSTLY, sizing, unrepeated, without_chance
 from identify.explain.weights import Carried
 from identify.fit import Fit, fit
@@ -183,12 +183,13 @@ class Bench:
         return bench
 
     def round(self, base: Hypothesis, least: float = 0.0) -> "Round":
-        """Screen all effects on the residual of ``base`` and fit those that promise most, ``least`` in chi-squared.
+        """Screen effects on the residual of ``base`` and fit those that promise most, ``least`` in chi-squared.
 
+        Where no correction of free form finds even a hint of anything, those that may show to none are screened alone.
         Of what acts by chance that is not asked: first order foresees the mean of it alone.
         """
         evidence = self.evidence(base)
-        screened = candidates(evidence, self.kinds)
+        screened = candidates(evidence, self._worth_a_look(base))
         runs = len(self.observations)
         hopes = [promised(evidence, c) for c in hopeful(screened, runs)]
         scattered = base.proven > 0.0
@@ -210,6 +211,12 @@ class Bench:
         fitted = [h for h in fitted if base.chi2 - h.chi2 >= self.rough] if self.rough else fitted
         pairs = () if complete else together(evidence, hopes)
         return Round(base, tuple(screened), ranked(base, fitted), None, passed_over(hopes, worth), pairs)
+
+    def _worth_a_look(self, base: Hypothesis) -> tuple[type[Effect], ...]:
+        """Return the effects that may be there for all that corrections of free form find."""
+        if base.proven or base.swell > 1.0 or self.carried or hinted(self.suspects(base)):
+            return self.kinds
+        return tuple(kind for kind in self.kinds if kind.shapeless)
 
     def _begun(self, base: Hypothesis, candidate: Candidate, wanders: float) -> Chain:
         """Return where the fit of a candidate begins: what acts by chance as strong as makes all that wanders."""

@@ -28,6 +28,7 @@ from identify.unnamed.linear import SlowFilter
 
 WIDTHS = np.geomspace(1e-2, 1e10, 49)  # of the weights' distribution over that at which they could just be seen
 LEVEL = 1e-3  # probability of a false alarm, all corrections together
+HINT = 0.05  # the same of a hint that something is there
 FITTED = 4  # corrections that are fitted; the others are judged to first order
 CLOSE = 0.8  # share of the best log likelihood from which another place is fitted
 LARGE = 1000.0  # of chi-squared: a mismatch that leaves first order
@@ -100,6 +101,11 @@ def explainable(ranked: Sequence[Suspect]) -> float:
     """Return by how much more than chance a correction lets chi-squared fall; 0 where that may be chance, too."""
     told = [s.gain - s.squares.size for s in ranked if len(ranked) * s.p_value < LEVEL]
     return max(told, default=0.0)
+
+
+def hinted(ranked: Sequence[Suspect]) -> bool:
+    """Return whether any correction lets chi-squared fall by more than noise would now and then."""
+    return any(len(ranked) * s.p_value < HINT for s in ranked)
 
 
 def suspect(evidence: Evidence, correction: Correction) -> Suspect:

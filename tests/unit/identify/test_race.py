@@ -68,7 +68,8 @@ def test_a_fit_is_continued_only_where_its_slope_promises_more_and_it_gains(benc
     laps: list[int] = []
     near, far = (replace(rail, chi2=rail.chi2 - by) for by in (100.0, 0.5 * (base.chi2 - rail.chi2)))
     for beyond, gain, known, count in (
-        (0.1, 5.0, [], 0), (5.0, 0.0, [], 1), (5.0, 5.0, [], 12), (50.0, 20.0, [near], 12), (50.0, 20.0, [near, far], 0),
+        (0.1, 5.0, [], 0), (5.0, 0.0, [], 1), (5.0, 5.0, [], 12),
+        (50.0, 20.0, [near], 12), (50.0, 20.0, [near, far], 0),
     ):  # fmt: skip
         left = replace(rail, fit=replace(rail.fit, converged=False, beyond=beyond))
 

@@ -184,6 +184,24 @@ def test_all_is_explained_where_what_is_left_may_be_noise_and_corrections_find_n
         assert bench.complete(replace(hypothesis, swell=20.0)) is (left < 1.0)
 
 
+@pytest.mark.parametrize(("gain", "left", "swell", "every"), [
+    (3.0, 0.0, 1.0, False),  # what may show to no correction is looked for all the same
+    (30.0, 0.0, 1.0, True),  # a hint is enough
+    (3.0, 2.5, 1.0, True),  # more is left than noise may make
+    (3.0, 0.0, 20.0, True),  # chance is noise to corrections
+])  # fmt: skip
+def test_no_law_is_tried_where_no_correction_has_even_a_hint_of_it(bench, monkeypatch, gain, left, swell, every):
+    base = bench.fitted(bench.plain, ())
+    base = replace(base, chi2=(1.0 + left * bench.noise_known) * base.count, swell=swell)
+    found = [Suspect(LevelMap(Place.F, (-1.0, 0.0, 1.0), "map"), np.ones(3), np.full(3, gain / 3.0), {})]
+    monkeypatch.setattr(Bench, "suspects", lambda self, asked: found)
+    looked: list[str] = []
+    monkeypatch.setattr("identify.explain.bench.candidates", lambda _, kinds: looked.extend(k.id for k in kinds) or [])
+    bench.round(base)
+    alone = {"adc_clipping", "adc_quantisation", "clock_skew", "hum", "process_noise"}
+    assert {*looked} == (set(catalogue()) if every else alone)
+
+
 def test_a_hypothesis_is_fitted_again_on_other_grids_alone_and_once(bench, monkeypatch):
     base = bench.fitted(bench.plain, ())
     assert bench.again(base) is base
