@@ -230,11 +230,14 @@ class Evidence:
         return np.asarray(self.without_plain(self.residual[None, :])[0])
 
     def best(self, effect: Effect, options: Sequence[Mapping[str, float]]) -> dict[str, float]:
-        """Return the option of most merit; empty when the effect cannot be put in or there is no option."""
+        """Return the option of most merit, where none has any that which changes least; empty when there is none.
+
+        Nor is there one where the effect cannot be put in.
+        """
         if not options or not effect.applicable(self.chain):
             return {}
-        merits = [self.merit(effect, values) for values in options]
-        return dict(options[int(np.argmax(merits))])
+        told = [(self.merit(effect, values), -self._products(effect, values)[1]) for values in options]
+        return dict(options[max(range(len(told)), key=told.__getitem__)])
 
     def scaled(self, effect: Effect, values: Mapping[str, float]) -> float:
         """Return the factor on the change that an effect makes at ``values`` at which it explains most; 0 for none."""

@@ -67,15 +67,16 @@ class Suspect:
     def worth(self, noise: float) -> tuple[float, float]:
         """Return the log of the likelihood ratio to no correction, and the price of the weights that is in it.
 
-        ``noise`` is the variance of what no correction explains, in units of the noise's.
+        ``noise`` is the variance of what no correction explains, in units of the noise's. The price is all by which
+        that log is below what the fall of chi-squared says: weights that the data hardly tell gain by chance, too.
         """
         if not self.squares.size:
             return 0.0, 0.0
         seen = WIDTHS[:, None] * self.information / float(np.max(self.information))
         prices = 0.5 * np.sum(np.log1p(seen), axis=1) + self.looks
         worth = 0.5 * np.sum(self.squares / noise * seen / (1.0 + seen), axis=1) - prices
-        best = int(np.argmax(worth))
-        return float(worth[best]), float(prices[best])
+        best = float(np.max(worth))
+        return best, 0.5 * self.gain / noise - best
 
 
 def suspects(evidence: Evidence) -> list[Suspect]:

@@ -52,6 +52,14 @@ def test_the_promise_of_an_effect_is_kept_by_a_refit(drifting):
     assert drifting.fitted.cost - refitted.cost == pytest.approx(promised, rel=0.02)
 
 
+def test_where_nothing_gains_a_search_begins_from_what_changes_least(clean):
+    """A resonance of 3 Hz, the first that was tried, was begun with where a fast one was concealed beside a hum."""
+    effect = catalogue()["resonance"](Place.G1)
+    options = [{"w_n": w, "zeta": 0.1} for w in (20.0, 20_000.0, 200.0)]
+    assert [clean.merit(effect, option) for option in options] == [0.0, 0.0, 0.0]
+    assert clean.best(effect, options) == options[1]
+
+
 def test_what_the_plain_parameters_can_mimic_is_no_gain(drifting):
     moved = drifting.chain.with_values({"F.D_L": drifting.chain.values["F.D_L"] + 1e-4})
     change = drifting.change(moved)

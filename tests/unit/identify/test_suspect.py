@@ -134,3 +134,16 @@ def test_the_inner_knot_next_to_zero_is_moved_there_and_no_other() -> None:
     assert with_zero((-3.0, -1.0, 0.4, 2.0)) == (-3.0, -1.0, 0.0, 2.0)
     assert with_zero((-0.1, 1.0, 2.0)) == (-0.1, 0.0, 2.0)  # the ends hold the range
     assert with_zero((0.5, 1.0, 2.0)) == (0.5, 1.0, 2.0)
+
+
+def test_weights_that_the_data_hardly_tell_are_paid_for_by_what_they_gain_by_chance() -> None:
+    """A law of one weight that tells a hundred, with and without ten idle ones that gain one each, as noise has it."""
+    law = LevelMap(Place.F, (-1.0, 0.0, 1.0), "map")
+    one = Suspect(law, np.ones(1), np.array([100.0]), {})
+    many = Suspect(law, np.concatenate([np.full(10, 1e-4), np.ones(1)]), np.append(np.ones(10), 100.0), {})
+    assert many.gain == one.gain + 10.0
+    for suspected in (one, many):
+        worth, price = suspected.worth(1.0)
+        assert worth == pytest.approx(0.5 * suspected.gain - price)
+    assert many.worth(1.0)[0] == pytest.approx(one.worth(1.0)[0], abs=0.5)
+    assert many.worth(1.0)[1] == pytest.approx(one.worth(1.0)[1] + 5.0, abs=0.5)
