@@ -183,6 +183,13 @@ def test_a_bias_current_far_below_what_is_tried_has_a_start(current):
     assert start["current"] == pytest.approx(current, rel=0.5)
 
 
+def test_a_pole_far_below_a_sample_has_a_start_that_is_about_right():
+    """From a tenth of a sample, twenty times as much, nothing gains: a delay and a gap were sure of what was a pole."""
+    seen = evidence_of(Concealed("extra_pole in G2", {"tau": 5e-7}))
+    (start,) = catalogue()["extra_pole"](Place.G2).starts(seen)
+    assert start["tau"] == pytest.approx(5e-7, rel=0.5)
+
+
 @pytest.mark.parametrize("depth", [2e-3, 8e-3, 0.1])
 def test_a_rail_that_is_only_just_met_has_a_start_that_leads_to_it(clean, depth):
     upper = clean.range(Place.F)[1] * (1.0 - depth)
