@@ -185,8 +185,11 @@ def test_a_bias_current_far_below_what_is_tried_has_a_start(current):
 
 def test_a_pole_far_below_a_sample_has_a_start_that_is_about_right():
     """From a tenth of a sample, twenty times as much, nothing gains: a delay and a gap were sure of what was a pole."""
-    seen = evidence_of(Concealed("extra_pole in G2", {"tau": 5e-7}))
-    (start,) = catalogue()["extra_pole"](Place.G2).starts(seen)
+    late, noise_v = Concealed("extra_pole in G2", {"tau": 5e-7}), 2e-4
+    traces = [recorded(OP_AMP, s, (late,), noise_v, seed=3, start_s=4.0 * i) for i, s in enumerate(PLAYED)]
+    seen = [observed(trace, noise_v, 1) for trace in traces]
+    evidence = Evidence(fit(plain_chain(model_of(OP_AMP)), seen), seen)
+    (start,) = catalogue()["extra_pole"](Place.G2).starts(evidence)
     assert start["tau"] == pytest.approx(5e-7, rel=0.5)
 
 
