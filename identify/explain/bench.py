@@ -1,7 +1,7 @@
 """On what data and grids are sets of effects fitted and compared, and which further effect explains most?
 
-A round screens every effect by what it would leave to first order, and fits the most promising ones jointly with the
-plain parameters.
+A round screens effects by what they would leave to first order, and fits the most promising ones jointly with the plain
+parameters. What was asked of a hypothesis once is remembered.
 """
 
 from collections.abc import Callable, Mapping, Sequence
