@@ -11,7 +11,7 @@ from identify.explain.hypothesis import LEAST_TOLD, Hypothesis
 from identify.explain.locate import Located, located
 from identify.explain.rivals import left_to_explain, unheard
 from identify.explain.round import FORETOLD, Round
-from identify.explain.suspect import MOST, explainable
+from identify.explain.suspect import MOST
 from identify.fit import Fit, total_chi_squared
 from identify.stage import Place
 
@@ -19,7 +19,6 @@ NEGLIGIBLE = 0.05  # share of what an effect explains that may remain without ca
 BY_THE_CLOCK = 0.5  # the same of what goes with the clock, where the effect does not: its law could not make that
 NO_CHANCE = 1e-6  # probability with which chance alone makes a line, below which it has not
 SAME_PLACE = 0.4  # share of what a name leaves, and a free-form correction finds, that one at its own place may explain
-EXACT = 1e-3  # share of what names explain below which what a free-form correction finds is none of it
 STRONG = 10.0  # of twice a log of odds: very strong evidence (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773)
 
 
@@ -51,7 +50,7 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
     earned = [(base, winner) for base, winner in steps if not strayed & set(winner.names)]
     hypothesis = final if len(earned) == len(steps) else earned[-1][1] if earned else plain
     asked = len(hypothesis.effects) > 1 or _challenged(bench, plain, hypothesis)
-    alone = located(bench, plain) if asked and not _exact(bench, plain, hypothesis) else None
+    alone = located(bench, plain) if asked else None
     if alone is not None and _outdone(alone, hypothesis, bench.surprise):
         return Warranted(plain, alone)
     goes_on = _goes_on(bench, hypothesis)
@@ -83,13 +82,6 @@ def _challenged(bench: Bench, plain: Hypothesis, names: Hypothesis) -> bool:
     told = plain.chi2 - names.chi2 - _price(plain, names)
     few = [s for s in bench.suspects(plain) if len(s.correction.knots) <= MOST]
     return any(s.gain - 2.0 * s.worth(1.0)[1] > told for s in few)
-
-
-def _exact(bench: Bench, plain: Hypothesis, names: Hypothesis) -> bool:
-    """Return whether names explain a large mismatch to the last: laws that stand in for another leave a part of it."""
-    ranked = bench.suspects(names)
-    left = max((s.gain for s in ranked), default=0.0)
-    return names.swell == 1.0 and not explainable(ranked) and left < EXACT * (plain.chi2 - names.chi2)
 
 
 def _outdone(alone: Located, names: Hypothesis, surprise: float) -> bool:
