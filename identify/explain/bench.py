@@ -190,11 +190,12 @@ class Bench:
         """
         evidence = self.evidence(base)
         screened = candidates(evidence, self._worth_a_look(base))
+        looks = max(len(screened), sum(len(list(kind.variants())) for kind in self.kinds))
         runs = len(self.observations)
         hopes = [promised(evidence, c) for c in hopeful(screened, runs)]
         scattered = base.proven > 0.0
         hopes = [p for p in hopes if p.gain + p.slack > least or (scattered and p.candidate.effect.by_chance)]
-        worth = promising(hopes, len(screened), runs)
+        worth = promising(hopes, looks, runs)
         tried = raced(self, base, worth)
         late = outdone(hopes, worth, base.chi2 - min((h.chi2 for h in tried), default=base.chi2)) if tried else []
         worth, tried = [*worth, *late], doubled(self, base, [*tried, *raced(self, base, late, tried)], least)
@@ -210,7 +211,7 @@ class Bench:
         fitted = [h for h in (*tried, *self.fuller(base, tried)) if self.possible(h)]
         fitted = [h for h in fitted if base.chi2 - h.chi2 >= self.rough] if self.rough else fitted
         pairs = () if complete else together(evidence, hopes)
-        return Round(base, tuple(screened), ranked(base, fitted), None, passed_over(hopes, worth), pairs)
+        return Round(base, tuple(screened), ranked(base, fitted), None, passed_over(hopes, worth), pairs, looks)
 
     def _worth_a_look(self, base: Hypothesis) -> tuple[type[Effect], ...]:
         """Return the effects that may be there for all that corrections of free form find."""

@@ -26,7 +26,7 @@ from identify.unnamed.hysteresis import Hysteresis, Relays
 from identify.unnamed.maps import BrokenMap, LevelMap, LevelTable
 
 ITERATIONS = 8  # a correction is nearly linear in its weights
-NEAR = 1.5  # times the best sum of squares, up to which a search cut short is ended
+NEAR = 2.0  # times the best sum of squares, up to which a search cut short is ended
 KNOWN = 60.0  # of chi-squared, by which a correction of the right kind may be behind
 LAWLESS = 6  # power of the ratio of what two corrections leave that gives their odds where neither is the law
 MOVED, MOVABLE = 2, 100.0  # times corners are moved, at most; times the best sum of squares, up to which they are

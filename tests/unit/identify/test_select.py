@@ -197,9 +197,19 @@ def test_no_law_is_tried_where_no_correction_has_even_a_hint_of_it(bench, monkey
     monkeypatch.setattr(Bench, "suspects", lambda self, asked: found)
     looked: list[str] = []
     monkeypatch.setattr("identify.explain.bench.candidates", lambda _, kinds: looked.extend(k.id for k in kinds) or [])
-    bench.round(base)
+    this = bench.round(base)
     alone = {"adc_clipping", "adc_quantisation", "clock_skew", "hum", "process_noise"}
     assert {*looked} == (set(catalogue()) if every else alone)
+    assert this.looks == sum(len(list(kind.variants())) for kind in catalogue().values())  # all the same
+
+
+def test_what_was_not_looked_for_counts_against_a_discovery_all_the_same(bench):
+    """A clean rig had a clipped ADC with 0.86: of 5 kinds that were tried one did what one of 34 does by chance."""
+    base = replace(bench.fitted(bench.plain, ()), chi2=96_000, count=96_000)
+    won = replace(base, effects=(RAIL,), chi2=base.chi2 - 16.5)
+    assert won.gains_enough(base)
+    assert Round(base, (), (won,), looks=8).best is won
+    assert Round(base, (), (won,), looks=80).best is None
 
 
 def test_a_hypothesis_is_fitted_again_on_other_grids_alone_and_once(bench, monkeypatch):
