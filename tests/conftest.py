@@ -32,8 +32,9 @@ os.environ[calibration.FOLDER_VARIABLE] = os.path.join(os.environ[FOLDER_VARIABL
 
 OF_DEVICES = ("wire", "contract", "hardware", "test_pytest_plugin.py")
 USUAL, FIRST = os.getpriority(os.PRIO_PROCESS, 0), -10  # niceness of tests, and of those of devices with all they start
-WHOLE = ("test_answers.py", "test_carried.py", "test_follow_up.py", "test_places.py", "test_second_look.py",
-         "test_select.py", "test_wander.py")  # fmt: skip
+WHOLE = ("test_answers.py", "test_carried.py", "test_corners.py", "test_excerpts.py", "test_follow_up.py",
+         "test_locate.py", "test_narrow.py", "test_places.py", "test_second_look.py", "test_select.py",
+         "test_surest.py", "test_uneven_noise.py", "test_wander.py")  # fmt: skip
 UNCOUNTED = ("proof", "benchmarks", "test_real_recordings.py", *WHOLE, "test_pressed.py")  # its signal may meet a lock
 LONGEST = ("proof", "test_real_recordings.py", "test_demo.py")
 COUNTING = "COVERAGE_PROCESS_CONFIG"  # the variable that has processes count lines
