@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from identify.innovations import Wander
     from identify.observe import Observation
 
+SMALL = 0.1  # of a sample: a time that acts in proportion to itself
 STRONGER = {0.0: 2.0, float("inf"): 0.5}  # the factor by which a value that is absent there makes an effect stronger
 
 
@@ -185,6 +186,16 @@ class Effect(Stage):
     @abstractmethod
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the values, by short name, from which a search may begin; empty when nothing speaks for the effect."""
+
+    def timed(self, evidence: "Evidence", name: str, tried: Sequence[float]) -> list[dict[str, float]]:
+        """Return the time that explains most: one of those tried, in samples, or one that a small one points to.
+
+        A small one acts in proportion to itself: its best size is known from one trial. Empty where there is none.
+        """
+        small = evidence.proportion(self, name, SMALL * evidence.sample_s)
+        options = [small] if small and small[name] > 0.0 else []
+        best = evidence.best(self, [*options, *({name: float(n) * evidence.sample_s} for n in tried)])
+        return [best] if best else []
 
 
 def short(name: str) -> str:

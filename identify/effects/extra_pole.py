@@ -52,12 +52,5 @@ class ExtraPole(Effect):
         return as_drawn(chain, self.place, TAU.name)
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
-        """Return the time constant, tried from a tenth of a sample to 3,000, that explains most.
-
-        A small one acts in proportion to itself: its best size is known from one trial.
-        """
-        small = evidence.proportion(self, "tau", 0.1 * evidence.sample_s).get("tau", 0.0)
-        tried = [small] if small > 0.0 else []
-        tried += [float(tau) for tau in evidence.sample_s * np.geomspace(0.1, 3e3, 8)]
-        best = evidence.best(self, [{"tau": tau} for tau in tried])
-        return [best] if best else []
+        """Return the time constant, tried from a tenth of a sample to 3,000, that explains most."""
+        return self.timed(evidence, "tau", np.geomspace(0.1, 3e3, 8).tolist())

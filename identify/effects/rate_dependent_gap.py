@@ -48,8 +48,4 @@ class RateDependentGap(InsidePlay):
 
         Nearly a delay, it moves what the plain model has fitted far, and small changes may point the wrong way.
         """
-        if not self.applicable(evidence.chain):
-            return []
-        found = evidence.proportion(self, "k", 0.1 * evidence.sample_s)
-        tried = [{"k": samples * evidence.sample_s} for samples in TRIED]
-        return [evidence.best(self, [*tried, *([found] if found and found["k"] > 0.0 else [])])]
+        return self.timed(evidence, "k", TRIED)

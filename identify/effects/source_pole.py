@@ -69,12 +69,5 @@ class SourcePole(Effect):
         return as_drawn(chain, Place.G1, TAU.name)
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
-        """Return the time constant, tried from a tenth of a sample to a thousand, that explains most.
-
-        A small one acts in proportion to itself: its best size is known from one trial.
-        """
-        small = evidence.proportion(self, "tau", 0.1 * evidence.sample_s).get("tau", 0.0)
-        tried = [small] if small > 0.0 else []
-        tried += [float(tau) for tau in np.geomspace(1.0, 1e3, 5) * evidence.sample_s]
-        best = evidence.best(self, [{"tau": tau} for tau in tried])
-        return [best] if best else []
+        """Return the time constant, tried from a sample to a thousand, or a small one, that explains most."""
+        return self.timed(evidence, "tau", np.geomspace(1.0, 1e3, 5).tolist())

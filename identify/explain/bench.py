@@ -211,7 +211,7 @@ class Bench:
         fitted = [h for h in (*tried, *self.fuller(base, tried)) if self.possible(h)]
         fitted = [h for h in fitted if base.chi2 - h.chi2 >= self.rough] if self.rough else fitted
         pairs = () if complete else together(evidence, hopes)
-        return Round(base, tuple(screened), ranked(base, fitted), None, passed_over(hopes, worth), pairs, looks)
+        return Round(base, looks, ranked(base, fitted), None, passed_over(hopes, worth), pairs)
 
     def _worth_a_look(self, base: Hypothesis) -> tuple[type[Effect], ...]:
         """Return the effects that may be there for all that corrections of free form find."""

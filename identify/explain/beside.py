@@ -55,4 +55,4 @@ def selected_beside(bench: Bench, plain: Hypothesis, note: Note) -> Selected | N
         return None
     if any(price(bench, h) < asked for c, h in located(bench, without).fitted if len(c.knots) <= MOST):
         return None
-    return beside, final, [Round(weighed.without(base, law), (), (base,)), *rounds]
+    return beside, final, [Round(weighed.without(base, law), 0, (base,)), *rounds]

@@ -32,18 +32,14 @@ HOPELESS = -1000.0  # of the criterion: an effect this far behind when it was tr
 
 @dataclass(frozen=True)
 class Round:
-    """One step of the selection: what was screened, what was fitted, best first.
-
-    ``looks`` are as many tests as speak against a discovery, where that is more than were screened.
-    """
+    """One step of the selection: how many tests speak against a discovery in it, what was fitted, best first."""
 
     base: Hypothesis
-    screened: tuple[Candidate, ...]
+    looks: int
     tried: tuple[Hypothesis, ...]
     settled: Hypothesis | None = None  # the winner, once the effects before it were looked at again beside it
     passed_over: tuple[Promise, ...] = ()  # what promised nearly as much as the best, and was not fitted
     pairs: tuple[Pair, ...] = ()  # what promises most by twos, where no law explains it all
-    looks: int = 0
 
     @property
     def information(self) -> float:
@@ -86,7 +82,7 @@ class Round:
     def best(self) -> Hypothesis | None:
         """Return the hypothesis that wins the round, None when chance may have made it or it is not worth a name."""
         winner = self.settled or (self.tried[0] if self.tried else None)
-        if winner is None or not is_discovery(winner.p_value(self.base), max(len(self.screened), self.looks)):
+        if winner is None or not is_discovery(winner.p_value(self.base), self.looks):
             return None
         return winner if winner.gains_enough(self.base) else None
 

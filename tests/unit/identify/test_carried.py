@@ -222,7 +222,7 @@ def test_a_line_that_foretells_what_repeats_differ_by_is_believed_before_noise(n
     fitted = Bench.fitted
     monkeypatch.setattr("identify.explain.beside.carried", lambda *asked: beside)
     monkeypatch.setattr(Bench, "explainable", lambda self, base: 0.0)
-    monkeypatch.setattr(Bench, "round", lambda self, base, least=0.0: Round(base, (), (told,)))
+    monkeypatch.setattr(Bench, "round", lambda self, base, least=0.0: Round(base, 0, (told,)))
     monkeypatch.setattr(
         Bench, "fitted",
         lambda self, chain, effects, *more: told if line in effects else fitted(self, chain, effects, *more),

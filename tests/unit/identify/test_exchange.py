@@ -56,7 +56,7 @@ def test_a_law_is_exchanged_for_another_in_the_form_that_does_best_beside_the_re
     """Alone the leak tells one number; the second one shows once the creep that stood in its place is gone."""
     chosen = droops.fitted(droops.with_effects((CREEP, BYPASS), TRUTH), (CREEP, BYPASS))
     alone = droops.fitted(droops.with_effects((LEAK,), TRUTH), (LEAK,))
-    first = Round(droops.fitted(droops.plain, ()), (), (replace(alone, effects=(CREEP,)), alone))
+    first = Round(droops.fitted(droops.plain, ()), 0, (replace(alone, effects=(CREEP,)), alone))
     found = swapped(droops, chosen, CREEP, alone)
     assert found.effects == (BOTH, BYPASS)
     assert found.fit.chain.values["plateau_droop.current"] > 1.0
@@ -112,14 +112,14 @@ def test_effects_beside_a_law_that_is_put_in_another_s_place_stay_where_they_hav
 def test_a_law_tried_late_is_fitted_beside_what_the_law_before_it_could_not_exclude(droops: Bench) -> None:
     """Beside the creep the way past the gap is not the law that promised most; beside the leak it is."""
     creep, leak = (droops.fitted(droops.with_effects((law,), TRUTH), (law,)) for law in (CREEP, BOTH))
-    before = Round(droops.fitted(droops.plain, ()), (), (replace(creep, chi2=leak.chi2 - 1.0), leak))
+    before = Round(droops.fitted(droops.plain, ()), 0, (replace(creep, chi2=leak.chi2 - 1.0), leak))
     effects = (CREEP, BYPASS)
     beside = droops.fitted(droops.with_effects(effects, {**TRUTH, **creep.fit.chain.values}), effects)
-    (found,) = crossed(droops, beside, before, Round(creep, (), (beside,)))
+    (found,) = crossed(droops, beside, before, Round(creep, 0, (beside,)))
     assert found.effects == (BOTH, BYPASS)
     assert found.chi2 < beside.chi2
     told = replace(before, base=replace(before.base, chi2=0.0))  # nothing left to tell: no promise comes near
-    assert crossed(droops, replace(beside, chi2=0.0), told, Round(creep, (), (beside,))) == []
+    assert crossed(droops, replace(beside, chi2=0.0), told, Round(creep, 0, (beside,))) == []
 
 
 def test_two_laws_that_do_best_by_twos_are_fitted_though_neither_was_tried_alone() -> None:
@@ -134,8 +134,8 @@ def test_two_laws_that_do_best_by_twos_are_fitted_though_neither_was_tried_alone
     assert pairs[0].gain > max(p.gain for p in promises)
     assert pairs[0].gain == pytest.approx(base.chi2 - base.count, rel=0.05)
     creep = there.fitted(there.with_effects((CREEP,), TRUTH), (CREEP,))
-    before = Round(base, (), (creep,), pairs=pairs)
-    found = crossed(there, replace(creep, chi2=0.9 * base.chi2), before, Round(creep, (), ()))
+    before = Round(base, 0, (creep,), pairs=pairs)
+    found = crossed(there, replace(creep, chi2=0.9 * base.chi2), before, Round(creep, 0, ()))
     best = min(found, key=lambda h: h.chi2)
     assert set(best.effects) == {LEAK, BYPASS}
     assert best.fit.chain.values["feedthrough.k"] == pytest.approx(0.002, rel=0.1)
@@ -209,7 +209,7 @@ def test_what_chance_would_make_with_one_law_of_many_is_weighed_against_nothing_
     alone = tilted.without(final, BYPASS)
     for gain, kept, least, most in ((7.0, False, 0.0, 0.5), (60.0, True, 0.85, 1.0)):
         tilted.known[(TILT,)] = replace(alone, chi2=final.chi2 + gain)
-        rounds = [Round(base, (), (alone,)), Round(alone, (), (final,))]
+        rounds = [Round(base, 0, (alone,)), Round(alone, 0, (final,))]
         assert len(pruned(tilted, final).effects) == 1 + kept
         probability, _ = odds(tilted, final, BYPASS, rounds, Located(final, (), 1.0))
         assert least < probability < most
@@ -231,7 +231,7 @@ def test_forms_that_contain_the_winner_s_are_compared_with_it_however_far_behind
     base = tilted.fitted(tilted.plain, ())
     won, far = replace(base, effects=(sharp,)), replace(base, effects=(rounded,), chi2=base.chi2 + 1e5)
     other = replace(base, effects=(TILT,), chi2=base.chi2 + 1e5)
-    assert Round(base, (), (won, other, far)).close == (won, far)
+    assert Round(base, 0, (won, other, far)).close == (won, far)
 
 
 def test_what_no_first_order_foresees_is_fitted_unless_what_was_fitted_explains_it_all(

@@ -49,7 +49,7 @@ def test_a_name_is_earned_unless_its_own_law_should_have_explained_what_is_left(
         return Located(winner, ((correction, final),), 1e-12) if hypothesis is winner else Located(base, (), 1.0)
 
     monkeypatch.setattr("identify.explain.warrant.located", beyond)
-    found = warranted(bench, base, winner, [Round(base, (), (winner,), settled=winner)])
+    found = warranted(bench, base, winner, [Round(base, 0, (winner,), settled=winner)])
     assert (found.hypothesis.effects == (effect,)) is earned
 
 
@@ -72,7 +72,7 @@ def test_what_a_name_leaves_is_what_corrections_find_of_it(
 
     monkeypatch.setattr("identify.explain.warrant._challenged", lambda *asked: False)
     monkeypatch.setattr("identify.explain.warrant.located", left)
-    told = warranted(bench, base, winner, [Round(base, (), (winner,), settled=winner)])
+    told = warranted(bench, base, winner, [Round(base, 0, (winner,), settled=winner)])
     assert (told.hypothesis.effects == (effect,)) is earned
 
 
@@ -101,7 +101,7 @@ def test_no_name_is_earned_where_a_correction_elsewhere_does_better_without_it(
         return Located(law if of_law else base, ((free, fitted),), 1e-12)
 
     monkeypatch.setattr("identify.explain.warrant.located", left)
-    found = warranted(bench, base, law, [Round(base, (), (law,), settled=law)])
+    found = warranted(bench, base, law, [Round(base, 0, (law,), settled=law)])
     assert (found.hypothesis.effects == (effect,)) is earned
 
 
@@ -132,7 +132,7 @@ def test_no_names_are_earned_where_one_correction_does_better_alone(
 
     monkeypatch.setattr(Bench, "suspects", lambda bench, base: [promise])
     monkeypatch.setattr("identify.explain.warrant.located", left)
-    found = warranted(bench, base, names, [Round(base, (), (names,), settled=names)])
+    found = warranted(bench, base, names, [Round(base, 0, (names,), settled=names)])
     assert (found.hypothesis.effects == effects) is earned
 
 
@@ -182,5 +182,5 @@ def test_chance_is_believed_last(
 
     monkeypatch.setattr("identify.explain.warrant.located", left)
     monkeypatch.setattr("identify.explain.warrant.line_anew", lambda chain, seen: (330.0, line))
-    found = warranted(bench, base, chance, [Round(base, (), (chance,), settled=chance)])
+    found = warranted(bench, base, chance, [Round(base, 0, (chance,), settled=chance)])
     assert (found.hypothesis.effects == (effect,)) is earned
