@@ -41,6 +41,7 @@ enum { HOLD = 160 };      /* cycles: two and a half clocks of the ADC, until its
 enum { HARDWARE_FIFO = 3 }; /* bytes: two in the UART's buffer, one in its shift register */
 enum { OCR1A_LOW = 0x88, OCR1A_HIGH = 0x89, SPI_CONTROL = 0x4C, SPI_STATUS = 0x4D, SPI_DATA = 0x4E };
 enum { UART_STATUS = 0xC0, UART_DOUBLE = 0x02, BAUD_LOW = 0xC4, BAUD_HIGH = 0xC5 };
+enum { JUMP_TO_ITSELF = 0xCFFF }; /* rjmp .-2 */
 enum { SPI_DONE = 0x80, SPI_DOUBLE = 0x01, SPI_RATE = 0x03 };
 
 static avr_t *avr;
@@ -234,19 +235,24 @@ static void ask(int which)
         asked_hang = 1;
 }
 
-/* Stand still with interrupts off, as firmware does that ran into a bug; the hardware watchdog runs on. */
+/* Stand still with interrupts off, as firmware does that ran into a bug; the hardware watchdog runs on.
+ *
+ * The instruction at hand becomes a jump to itself: carried out again and again, a push or a return would move the stack
+ * until simavr gives up. */
 static void hang(void)
 {
-    avr_flashaddr_t stuck = avr->pc;
-    uint32_t resets = 0;
+    uint8_t *stuck = avr->flash + avr->pc;
+    const uint8_t meant[] = {stuck[0], stuck[1]};
     avr_cycle_count_t until = avr->cycle + FREQUENCY;
-    while (avr->cycle < until && !resets) {
+    stuck[0] = JUMP_TO_ITSELF & 0xFF;
+    stuck[1] = JUMP_TO_ITSELF >> 8;
+    do {
         avr->sreg[S_I] = 0;
-        avr->pc = stuck;
         avr->state = cpu_Running;
         avr_run(avr);
-        resets = avr->pc == 0;
-    }
+    } while (avr->cycle < until && avr->pc != 0);
+    stuck[0] = meant[0];
+    stuck[1] = meant[1];
 }
 
 static void wire(void)
