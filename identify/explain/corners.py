@@ -13,10 +13,11 @@ import numpy as np
 from identify.evidence import Evidence, Matrix
 from identify.explain.corrections import level_knots
 from identify.explain.suspect import RANK, Suspect, columns_of, suspect
+from identify.fit import total_chi_squared
 from identify.stage import Place
 from identify.trace import Array
 from identify.unnamed.correction import Correction
-from identify.unnamed.maps import BrokenMap, LevelMap
+from identify.unnamed.maps import BrokenMap, LevelMap, OuterMap
 
 GRID = (16, 64)  # levels at which a corner may be, at least and at most
 NUMBERS = 1 << 25  # of all columns together, at most: 256 MB
@@ -27,6 +28,7 @@ NEARLY = 0.9  # share of what corners elsewhere promise, from which those of a p
 DISGUISED = 5.0  # log of the odds that a law of v is one of F: bent borders do the same, and G1 is built to be linear
 IDLE = 20.0  # of chi-squared: what a corner adds by chance, wherever it is
 CLOSER, FINEST = 0.4, 1e-3  # of the distance of levels: ratio of the steps in which corners are moved, the last of them
+ALONG = 0.125  # of how far a law reaches: a jump and a bend that come to zero closer than that are one corner, moved
 
 
 def cornered(evidence: Evidence, ranked: Sequence[Suspect], noise: float) -> list[Suspect]:
@@ -35,14 +37,32 @@ def cornered(evidence: Evidence, ranked: Sequence[Suspect], noise: float) -> lis
     maps = [s.correction for s in ranked if s.correction.form == LevelMap.form and s.worth(noise)[0] > LIKE * most]
     begun = [law for law in (_begun(evidence, like) for like in {c.place: c for c in maps}.values()) if law is not None]
     best = max((gain for _, gain in begun), default=0.0)
-    return [_moved(evidence, law) for law, gain in begun if gain > NEARLY * best]
+    return [_moved(evidence, law)[1] for law, gain in begun if gain > NEARLY * best]
 
 
-def again(evidence: Evidence, law: BrokenMap) -> Suspect:
+def again(evidence: Evidence, law: BrokenMap) -> tuple[BrokenMap, Suspect]:
     """Return a law whose corners are sought once more where they were and anew, on other evidence: the better one."""
     begun = _begun(evidence, law)
     laws = [law, *([begun[0]] if begun is not None else [])]
-    return max((_moved(evidence, each) for each in laws), key=lambda s: s.gain)
+    return max((_moved(evidence, each) for each in laws), key=lambda found: found[1].gain)
+
+
+def slid(law: BrokenMap, values: Mapping[str, float]) -> tuple[BrokenMap, dict[str, float]] | None:
+    """Return a fitted law with its corners where its lines meet, and its weights there; None where all meet already.
+
+    A bend whose corner is off shows, to first order, as one with a jump: that is how far, all other values moving, too.
+    """
+    jumps, bends = law.split(tuple(values[p.name] for p in law.parameters()))
+    knots = np.array(law.knots)
+    off = -np.divide(jumps * law.outward, bends, out=np.zeros(knots.size), where=bends != 0.0)
+    near = (np.abs(off) < ALONG * max(np.ptp(knots), np.max(np.abs(knots)))) & ((knots + off) * law.outward > 0.0)
+    if not np.any(off[near]):
+        return None
+    there = np.where(near, knots + off, knots)
+    order = np.argsort(there)
+    moved = replace(law, knots=tuple(there[order].tolist()))
+    weights = np.concatenate([np.where(near, 0.0, jumps)[order], bends[order]])
+    return moved, dict(zip((p.name for p in moved.parameters()), weights.tolist(), strict=True))
 
 
 def _begun(evidence: Evidence, like: Correction) -> tuple[BrokenMap, float] | None:
@@ -77,7 +97,7 @@ def _gain(matrix: Matrix, right: Array, corners: Sequence[int]) -> float:
     return float(right[at] @ np.linalg.pinv(matrix[np.ix_(at, at)], rcond=RANK, hermitian=True) @ right[at])
 
 
-def _moved(evidence: Evidence, law: BrokenMap) -> Suspect:
+def _moved(evidence: Evidence, law: BrokenMap) -> tuple[BrokenMap, Suspect]:
     """Return a law whose corners are where they explain most, each moved while the others stay, without idle ones."""
     low, high = evidence.range(law.place)
     step = (high - low) / GRID[1]
@@ -103,9 +123,16 @@ def _moved(evidence: Evidence, law: BrokenMap) -> Suspect:
         rest = {k: part for k, part in parts.items() if k != knot}
         if rest and gain - (without := _together(evidence, rest)) < IDLE:
             parts, gain = rest, without
-    found = suspect(evidence, replace(law, knots=tuple(sorted(parts))))
+    laws = [kind(law.place, tuple(sorted(parts)), law.name) for kind in (BrokenMap, OuterMap)]
+    law, found = min(((each, suspect(evidence, each)) for each in laws), key=lambda one: _left(evidence, one[1]))
     disguised = DISGUISED if law.place == Place.G1 else 0.0
-    return replace(found, looks=disguised + len(parts) * log(GRID[1] / FINEST))
+    return law, replace(found, looks=disguised + len(parts) * log(GRID[1] / FINEST))
+
+
+def _left(evidence: Evidence, found: Suspect) -> float:
+    """Return the chi-squared of what solves the linear problem: first order does not say which sides corners act on."""
+    chain = found.correction.put_in(evidence.chain).with_values(found.values)
+    return total_chi_squared(chain, evidence.observations)
 
 
 def _together(evidence: Evidence, parts: Mapping[float, Matrix]) -> float:

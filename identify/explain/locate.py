@@ -12,7 +12,7 @@ from math import exp
 import numpy as np
 
 from identify.explain.bench import Bench
-from identify.explain.corners import again, cornered
+from identify.explain.corners import again, cornered, slid
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.race import KEPT
 from identify.explain.round import FORETOLD
@@ -29,7 +29,8 @@ ITERATIONS = 8  # a correction is nearly linear in its weights
 NEAR = 2.0  # times the best sum of squares, up to which a search cut short is ended
 KNOWN = 60.0  # of chi-squared, by which a correction of the right kind may be behind
 LAWLESS = 6  # power of the ratio of what two corrections leave that gives their odds where neither is the law
-MOVED, MOVABLE = 2, 100.0  # times corners are moved, at most; times the best sum of squares, up to which they are
+MOVED, SLID = 2, 6  # times corners are sought anew, and slid, at most
+MOVABLE = 100.0  # times the best sum of squares, up to which they are moved
 STRIDE, LAST = 3, 3  # iterations of a lap of the race, corrections that come to its end
 LITTLE = 0.1  # share of a misfit: a correction that explains less tells only where that part of it enters
 LIKELY = 0.05  # posterior probability from which a place is mentioned beside the best
@@ -145,7 +146,7 @@ def _located(bench: Bench, base: Hypothesis) -> Located:
     first = contenders(ranked, noise)
     smooth = [finer(evidence, s, noise) for s in first]
     worth = [*smooth, *cornered(evidence, ranked, noise)]
-    fitted = [(s.correction, fitted_from(bench, base, s)) for s in worth]
+    fitted = [_slid_on(bench, base, s.correction, fitted_from(bench, base, s)) for s in worth]
     kept = base.chi2 - min(h.chi2 for _, h in fitted)
     if min(h.misfit for _, h in fitted) > base.noise_known or kept < KEPT * max(s.gain for s in ranked):
         unfitted = overlooked(ranked, worth)
@@ -201,11 +202,26 @@ def with_corners(
         if not isinstance(law, BrokenMap) or fitted.misfit < base.noise_known:
             break
         plain = bench.fitted(base.fit.chain.with_values(fitted.fit.chain.values), base.effects, 0)
-        found = again(bench.evidence(plain), law)
-        better = fitted_from(bench, plain, found)
+        sought, found = again(bench.evidence(plain), law)
+        other, better = _slid_on(bench, base, sought, fitted_from(bench, plain, found))
         if better.chi2 > fitted.chi2 - 1.0:
             break
-        law, fitted = found.correction, better
+        law, fitted = other, better
+    return law, fitted
+
+
+def _slid_on(bench: Bench, base: Hypothesis, law: Correction, fitted: Hypothesis) -> tuple[Correction, Hypothesis]:
+    """Return a fit whose corners, if it has any, are slid while all else follows, as often as that makes it better."""
+    for _ in range(SLID):
+        there = slid(law, fitted.fit.chain.values) if isinstance(law, BrokenMap) else None
+        if there is None:
+            break
+        moved, weights = there
+        chain = moved.put_in(base.fit.chain.with_values(fitted.fit.chain.values), weights)
+        better = bench.fitted(chain, base.effects, ITERATIONS)
+        if better.chi2 > fitted.chi2 - 1.0:
+            break
+        law, fitted = moved, better
     return law, fitted
 
 

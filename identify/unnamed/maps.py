@@ -82,23 +82,46 @@ class BrokenMap(OverLevel):
     places = tuple(Place)
     least = 1
 
+    @property
+    def outward(self) -> Array:
+        """Return the side of every corner on which it acts: 1 above it, -1 below it, shape (knots,)."""
+        return np.ones(len(self.knots))
+
     def shapes(self, level: Array) -> NDArray[np.float64]:
         """Return what a unit of every weight adds at levels, V, shape (weights, levels)."""
-        above = level - np.array(self.knots)[:, None]
-        return np.concatenate([above > 0.0, np.maximum(above, 0.0)])
+        outward, above = self.outward[:, None], level - np.array(self.knots)[:, None]
+        beyond = above * outward > 0.0
+        return np.concatenate([np.where(beyond, outward, 0.0), np.where(beyond, above, 0.0)])
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal plus the jumps and bends."""
-        used = [(c, *pair) for c, *pair in zip(self.knots, *self.split(values), strict=True) if any(pair)]
+        corners = zip(self.knots, self.outward, *self.split(values), strict=True)
+        used = [(c, side, jump * side, bend) for c, side, jump, bend in corners if jump or bend]
 
         def run(block: Block) -> Array:
             out = block.signal.copy()
-            for corner, jump, bend in used:
+            for corner, side, step, bend in used:
                 above = block.signal - corner
-                out += np.where(above > 0.0, jump + bend * above, 0.0)
+                out += np.where(above * side > 0.0, step + bend * above, 0.0)
             return out
 
         return run
+
+
+@dataclass(frozen=True)
+class OuterMap(BrokenMap):
+    """The same, of which every corner acts beyond it as seen from zero, where signals rest: rails, say.
+
+    To first order it is the same law, as the plain values make up for any straight line; far from it, it is not.
+    """
+
+    form = "corners outwards"
+    equation = "s' = s + sum of j_k sign(c_k) + b_k (s - c_k) over the corners c_k that s is beyond, as seen from zero"
+
+    @property
+    def outward(self) -> Array:
+        """Return 1 for every corner that is not below zero, else -1."""
+        return np.where(np.array(self.knots) < 0.0, -1.0, 1.0)
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,17 @@ from identify.unnamed.correction import UNNAMED, Correction
 from identify.unnamed.hysteresis import Hysteresis, Relays, Sticking
 from identify.unnamed.linear import Bypass, Filter, OneWay, SlowFilter
 from identify.unnamed.lines import GapRipple, Line, Ripple
-from identify.unnamed.maps import BrokenMap, LevelMap, LevelTable, RateGain, RateMap, SourceGain, SourceMap, Trailing
+from identify.unnamed.maps import (
+    BrokenMap,
+    LevelMap,
+    LevelTable,
+    OuterMap,
+    RateGain,
+    RateMap,
+    SourceGain,
+    SourceMap,
+    Trailing,
+)
 from identify.unnamed.memory import BorderMap, GapAfterTurn, GapOverRate, Leak, Plateau
 from identify.unnamed.modulation import GapAfterLoad, Heated, Sag, Swiftness, Warming
 from identify.unnamed.timed import (
@@ -39,10 +49,10 @@ UNEVEN = 1e-6  # share by which evenly spaced knots may differ, for rounding
 KINDS: dict[str, type[Correction]] = {
     kind.form: kind
     for kind in (
-        LevelMap, BrokenMap, BorderMap, SourceMap, SourceGain, Leak, RateMap, RateGain, Trailing, Filter, SlowFilter,
-        OneWay, Bypass, Hysteresis, Relays, Sticking, Plateau, GapOverRate, GapAfterTurn, ClockMap, OffsetSteps,
-        OffsetInRun, Moments, GainMap, GainSteps, GainInRun, GapOverClock, GapSteps, GapInRun, Ageing, Line, Ripple,
-        GapRipple, Warming, Sag, Heated, GapAfterLoad, Swiftness, LevelTable, LeadSteps,
+        LevelMap, BrokenMap, OuterMap, BorderMap, SourceMap, SourceGain, Leak, RateMap, RateGain, Trailing, Filter,
+        SlowFilter, OneWay, Bypass, Hysteresis, Relays, Sticking, Plateau, GapOverRate, GapAfterTurn, ClockMap,
+        OffsetSteps, OffsetInRun, Moments, GainMap, GainSteps, GainInRun, GapOverClock, GapSteps, GapInRun, Ageing,
+        Line, Ripple, GapRipple, Warming, Sag, Heated, GapAfterLoad, Swiftness, LevelTable, LeadSteps,
     )
 }  # fmt: skip
 

@@ -8,13 +8,13 @@ import pytest
 from identify.chain import simulate
 from identify.effects import chain_of
 from identify.explain.bench import Bench
-from identify.explain.corners import again
+from identify.explain.corners import again, slid
 from identify.explain.locate import DISGUISE, Located, located
 from identify.explain.prove import proven
 from identify.explain.shape import shape_of
 from identify.stage import Place
 from identify.trace import Step
-from identify.unnamed.maps import BrokenMap
+from identify.unnamed.maps import BrokenMap, OuterMap
 from identify.unnamed.modulation import Swiftness
 from identify.unnamed.timed import Moments
 from tests.proof.cases import Concealed
@@ -82,11 +82,27 @@ def test_a_dead_middle_of_w_is_found_at_f_and_proven_on_another_run():
     assert np.all(drawn.halves[0] < 0.2)
 
 
+def test_a_jump_beside_a_bend_is_how_far_its_corner_is_off():
+    """A rail above, a rail below and a code that is off: what no line comes to is no corner that is off."""
+    law = OuterMap(Place.F, (-2.0, 0.5, 3.0))
+    weights = dict(zip([p.name for p in law.parameters()], (0.1, 0.4, 0.2, -1.0, -1e-3, -1.0), strict=True))
+    there = slid(law, weights)
+    assert there is not None
+    moved, joined = there
+    assert moved.knots == pytest.approx((-2.1, 0.5, 3.2))
+    assert [*joined.values()] == pytest.approx([0.0, 0.4, 0.0, -1.0, -1e-3, -1.0])
+    level = np.linspace(-4.0, 5.0, 91)
+    before, after = (one.shapes(level).T @ [*w.values()] for one, w in ((law, weights), (moved, joined)))
+    apart = (np.abs(level + 2.05) > 0.06) & (np.abs(level - 3.1) > 0.11)  # all but what lies between old and new
+    assert np.allclose(before[apart], after[apart])
+    assert slid(moved, joined) is None
+
+
 def test_a_law_of_v_is_less_likely_than_one_of_w_that_explains_as_much():
     """A border passes each level of w at one of v: corners there do the same, and nobody builds a filter with them."""
     there = bench(DEAD)
     evidence = there.evidence(there.fitted(there.plain, ()))
-    at_f, at_g1 = (again(evidence, BrokenMap(place, (0.5,))) for place in (Place.F, Place.G1))
+    at_f, at_g1 = (again(evidence, BrokenMap(place, (0.5,)))[1] for place in (Place.F, Place.G1))
     each = at_f.looks / len(at_f.correction.knots)
     assert each > 0.0
     assert at_g1.looks - each * len(at_g1.correction.knots) > 3.0  # a log of odds
