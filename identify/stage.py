@@ -25,6 +25,10 @@ class Place(IntEnum):
     G2 = 3
     SENSE = 4
 
+    def __bool__(self) -> bool:
+        """Return True: that of the source, too, is a place."""
+        return True
+
     @property
     def label(self) -> str:
         """Return the name used in reports."""

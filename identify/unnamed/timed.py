@@ -33,8 +33,8 @@ class Timed(Correction):
     @property
     def same_at(self) -> tuple[Place, ...]:
         """Return the places at which this gives the same data: what is slow goes through G1 and G2 as it is."""
-        also = {Place.G1: Place.SOURCE, Place.SENSE: Place.F}.get(self.place)
-        return (*super().same_at, also) if also else super().same_at
+        also = {Place.G1: (Place.SOURCE,), Place.SENSE: (Place.F,)}.get(self.place, ())
+        return (*super().same_at, *also)
 
     def only_knot(self, start_s: float, stop_s: float) -> int | None:
         """Return the index of the one knot that all between two clock times hangs on; None where several may be."""

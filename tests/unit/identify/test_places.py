@@ -10,6 +10,7 @@ from identify.explain.bench import Bench
 from identify.explain.locate import Located, located
 from identify.stage import Place
 from identify.unnamed.hysteresis import Hysteresis
+from identify.unnamed.timed import ClockMap, GainMap, GainSteps, OffsetInRun, Timed
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
 from tests.proof.stimuli import FIG13_LEVELS_V, Stimulus, sine, staircase
@@ -54,6 +55,14 @@ def test_a_law_that_nobody_listed_is_located_on_what_it_goes_with(law: str) -> N
     assert (told.best.place, told.best.form in forms) == (place, True), told.best
     assert told.share > least
     assert told.places[place] > 0.3
+
+
+@pytest.mark.parametrize("kind", [ClockMap, GainMap, GainSteps, OffsetInRun])
+def test_what_is_slow_is_the_same_on_either_side_of_a_linear_block(kind: type[Timed]) -> None:
+    """A gain that goes with the clock passes G1 as it is: the source may have it."""
+    told = {place: kind(place, (0.0, 1.0)).same_at for place in kind.places}
+    assert told[Place.G1] == (Place.G1, Place.SOURCE)
+    assert told[Place.SENSE] == (Place.SENSE, Place.G2, Place.F)
 
 
 def test_where_a_fit_keeps_little_of_what_was_promised_others_are_fitted(monkeypatch: pytest.MonkeyPatch) -> None:
