@@ -16,7 +16,7 @@ from identify.stage import Grid, Held, Parameter, Place, Run, Shape, Values, mem
 if TYPE_CHECKING:
     from identify.evidence import Evidence
 
-FRACTION = Parameter("dielectric_absorption.fraction", "V/V", scale=0.03, least=0.0, most=1.0)
+FRACTION = Parameter("dielectric_absorption.fraction", "V/V", scale=0.03, least=0.0, most=0.5)
 TAU = Parameter("dielectric_absorption.tau", "s", "log")
 TAUS = np.geomspace(10.0, 3e4, 8)  # samples
 SMALL = 0.01  # fraction at which the change is looked at
