@@ -20,7 +20,17 @@ from identify.explain.explanation import Explanation
 from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
 from identify.explain.locate import located
 from identify.explain.neighbours import resettled, settled
-from identify.explain.readings import Look, Readings, counts_another, hides_noise, loses, read, reread, suspected
+from identify.explain.readings import (
+    Look,
+    Readings,
+    counts_another,
+    hides_blemishes,
+    hides_noise,
+    loses,
+    read,
+    reread,
+    suspected,
+)
 from identify.explain.select import selected
 from identify.explain.survey import surveyed
 from identify.explain.suspect import MOST
@@ -96,7 +106,7 @@ def _explained(
 def _found(readings: Readings, note: Note, look: Look) -> Selected | Chain:
     """Select what is missing; or return the chain against which readings are to be looked at first.
 
-    They are where what it leaves is coloured noise.
+    They are where what it leaves is coloured noise, or blemishes.
     """
     bench, plain = readings.bench, readings.plain
     wanders = unrepeated(plain.fit.chain, bench.observations) > MOSTLY
@@ -106,9 +116,10 @@ def _found(readings: Readings, note: Note, look: Look) -> Selected | Chain:
         return plain.fit.chain
     bench, final, rounds = beside or selected_either(bench, plain, note, not wanders)
     final = resettled(bench, final)
-    if look.against is None and not bench.carried and hides_noise(readings, bench, final, look.leave_out):
-        return final.fit.chain
-    return bench, final, rounds
+    if look.against is not None or bench.carried:
+        return bench, final, rounds
+    hidden = any(hides(readings, bench, final, look.leave_out) for hides in (hides_noise, hides_blemishes))
+    return final.fit.chain if hidden else (bench, final, rounds)
 
 
 def _beside_losses(

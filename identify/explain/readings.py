@@ -196,6 +196,22 @@ def hides_noise(readings: Readings, bench: Bench, hypothesis: Hypothesis, leave_
     return unrepeated(hypothesis.fit.chain, bench.observations) > MOSTLY
 
 
+def hides_blemishes(readings: Readings, bench: Bench, hypothesis: Hypothesis, leave_out: Sequence[str]) -> bool:
+    """Return whether all that a hypothesis leaves are blemishes of the readings that waited for it, or were hidden.
+
+    Undone, they leave no more than noise: what is unexplained looks like blemishes, too, and leaves more.
+    """
+    if not hypothesis.effects or bench.complete(hypothesis):
+        return False
+    chain, noise_v = hypothesis.fit.chain, readings.data.noise.rms_v
+    seen = mended(chain, readings.traces, readings.hold_out, noise_v, leave_out)
+    own = {blemish for effect in hypothesis.effects for blemish in effect.brings}
+    if not {b.id for b in seen.found} - {b.id for b in readings.found} - own:
+        return False
+    fitted, _ = _less(chain, seen, noise_v)  # held-out recordings have values of their own, as the phase of their mains
+    return pooled_rms([trace.y[:][good(trace)] for trace in fitted]) ** 2 < (1.0 + bench.noise_known) * noise_v**2
+
+
 def reread(
     readings: Readings, chain: Chain, explained: Sequence[Effect], leave_out: Sequence[str], settled: bool
 ) -> Readings:

@@ -105,12 +105,13 @@ def richer(base: Hypothesis, tried: Sequence[Hypothesis]) -> list[Hypothesis]:
     """Return what one more parameter of its law may bring ahead: all near a best fit that leaves more than noise.
 
     Where it may leave none, the best, which is not to be mended by a second law, and what is behind it by more than
-    chance: no law is shut out for a value it was not given.
+    chance: no law is shut out for a value it was not given. Of a large mismatch that value may bring a part.
     """
     best = min(tried, key=lambda h: h.chi2, default=base)
-    least, reach = -inf, FAR * (base.chi2 - best.chi2)
+    told = base.chi2 - best.chi2
+    least, reach = -inf, FAR * told
     if best.misfit < best.noise_known:
-        least, reach = OPEN, min(reach, FULLER)
+        least, reach = OPEN, min(reach, max(FULLER, NEXT * told))
     return [h for h in tried if h is best or least < h.chi2 - best.chi2 < reach]
 
 
