@@ -3,10 +3,13 @@
 import sys
 from dataclasses import replace
 
+import pytest
+
 from identify.effects import catalogue, chain_of
 from identify.explain import explain
 from identify.explain.bench import Bench
 from identify.explain.locate import located
+from identify.explain.readings import Look, hides_blemishes, read
 from identify.explain.warrant import Warranted
 from identify.stage import Place
 from identify.unnamed.timed import ClockMap
@@ -49,6 +52,21 @@ def test_a_loss_that_a_lag_hides_is_asked_first_and_all_the_rest_once(monkeypatc
     told = explain(model_of(case.nominal), train[:3], test[1:])
     assert (told.verdict, {finding.id for finding in told.effects}) == ("explained", {"dead_time", "missing_samples"})
     assert searched == [1]
+
+
+@pytest.mark.parametrize(("besides", "all_of_it"), [((), True), ((Concealed("offset_drift", {"rate": 0.3}),), False)])
+def test_spikes_that_rails_hid_are_taken_out_before_the_rails_are_doubted(besides, all_of_it):
+    """Only if nothing else is left then: what is unexplained looks like spikes, too."""
+    law = replace(catalogue()["saturation"](Place.F), form="both")
+    concealed = (*RAILS, Concealed("spikes", {"rate": 20.0, "size": 0.4}), *besides)
+    traces = [recorded(OP_AMP, run, concealed, 0.01, i, 2.0 * i, 8) for i, run in enumerate((*RUNS, *RUNS))]
+    model = model_of(OP_AMP)
+    readings = read(model, traces[:1], traces[1:], lambda data: WAY.prepared(model, data), Look())
+    bench = readings.bench
+    named = bench.fitted(bench.with_effects((law,), {"saturation.upper": 9.0, "saturation.lower": -9.0}), (law,))
+    assert hides_blemishes(readings, bench, named, ()) == all_of_it
+    assert not hides_blemishes(readings, bench, named, ("spikes",))
+    assert not hides_blemishes(readings, bench, readings.plain, ())
 
 
 def test_blemishes_are_looked_for_beside_what_is_unnamed_but_not_beside_what_goes_with_the_clock():
