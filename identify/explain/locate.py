@@ -7,15 +7,18 @@ large mismatch is not linear; where that leaves more than noise, laws with corne
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import compress
 from math import exp
 
 import numpy as np
 
+from identify.evidence import Evidence
 from identify.explain.bench import Bench
 from identify.explain.corners import again, cornered, slid
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.race import KEPT
 from identify.explain.round import FORETOLD
+from identify.explain.steady import steady
 from identify.explain.suspect import LEVEL, MOST, Suspect, contenders, finer, overlooked, unexplained
 from identify.explain.wander import all_wanders
 from identify.fit import total_chi_squared
@@ -143,18 +146,7 @@ def _located(bench: Bench, base: Hypothesis) -> Located:
         return Located(base, (), p_value)
     evidence = bench.evidence(base)
     noise = unexplained(evidence, ranked)
-    first = contenders(ranked, noise)
-    smooth = [finer(evidence, s, noise) for s in first]
-    worth = [*smooth, *cornered(evidence, ranked, noise)]
-    fitted = [_slid_on(bench, base, s.correction, fitted_from(bench, base, s)) for s in worth]
-    kept = base.chi2 - min(h.chi2 for _, h in fitted)
-    if min(h.misfit for _, h in fitted) > base.noise_known or kept < KEPT * max(s.gain for s in ranked):
-        unfitted = overlooked(ranked, worth)
-        others = raced(bench, base, [s if s.correction.searched else finer(evidence, s, noise) for s in unfitted])
-        worth, fitted = [*worth, *(s for s, _ in others)], [*fitted, *((s.correction, h) for s, h in others)]
-    reach = max(MOVABLE * min(h.chi2 for _, h in fitted), (1.0 + base.noise_known) * base.count)
-    fitted = [with_corners(bench, base, c, h) if h.chi2 < reach else (c, h) for c, h in fitted]
-    fitted = ended(bench, fitted)
+    worth, fitted = _fitted(bench, base, evidence, ranked, noise)
     prices = [s.worth(noise)[1] for s in worth]
     order = np.argsort([-score for score in scores(base, [h for _, h in fitted], prices)], kind="stable").tolist()
     places = Located(base, tuple(fitted), p_value, tuple(prices)).places
@@ -162,6 +154,25 @@ def _located(bench: Bench, base: Hypothesis) -> Located:
     return Located(
         base, tuple(fitted[i] for i in order), p_value, tuple(prices[i] for i in order), _promised(ranked, base)
     )
+
+
+def _fitted(
+    bench: Bench, base: Hypothesis, evidence: Evidence, ranked: Sequence[Suspect], noise: float
+) -> tuple[list[Suspect], list[tuple[Correction, Hypothesis]]]:
+    """Return the corrections that are worth a fit, and their fits; of lines those that are there in all runs alike."""
+    smooth = [finer(evidence, s, noise) for s in contenders(ranked, noise)]
+    worth = [*smooth, *cornered(evidence, ranked, noise)]
+    fitted = [_slid_on(bench, base, s.correction, fitted_from(bench, base, s)) for s in worth]
+    told = base.chi2 - min(h.chi2 for _, h in fitted)
+    if min(h.misfit for _, h in fitted) > base.noise_known or told < KEPT * max(s.gain for s in ranked):
+        unfitted = overlooked(ranked, worth)
+        others = raced(bench, base, [s if s.correction.searched else finer(evidence, s, noise) for s in unfitted])
+        worth, fitted = [*worth, *(s for s, _ in others)], [*fitted, *((s.correction, h) for s, h in others)]
+    reach = max(MOVABLE * min(h.chi2 for _, h in fitted), (1.0 + base.noise_known) * base.count)
+    fitted = [with_corners(bench, base, c, h) if h.chi2 < reach else (c, h) for c, h in fitted]
+    fitted = ended(bench, fitted)
+    kept = [steady(base, c, h) for c, h in fitted]
+    return (list(compress(worth, kept)), list(compress(fitted, kept))) if any(kept) else (worth, fitted)
 
 
 def raced(bench: Bench, base: Hypothesis, others: Sequence[Suspect]) -> list[tuple[Suspect, Hypothesis]]:
