@@ -47,6 +47,7 @@ ENOUGH = 0.3  # of chi-squared: steps that gain less together change no odds
 COARSER = 4  # instants of a grid to one of that on which a fit is searched
 ROUGHER = 4  # of the latter to one of that on which its slopes are taken
 ROUNDS = 3  # of measuring what finer grids add, at most
+SAME = 1e-3  # of chi-squared, by which a hypothesis on finer grids may differ and be the same
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,7 @@ class Bench:
     noise_known: float = NOISE_KNOWN
     asked: dict[tuple[object, int], tuple[Hypothesis, Any]] = field(default_factory=dict)
     carried: Carried | None = None
+    coarser: "Bench | None" = None  # the bench before its grids were refined
 
     @property
     def surprise(self) -> float:
@@ -154,6 +156,19 @@ class Bench:
         answer: Told = self.asked[key][1]
         return answer
 
+    def told_before(self, question: "Callable[[Bench, Hypothesis], Told]", base: Hypothesis) -> Told | None:
+        """Return what a question about the same effects at nearly the same values was answered on coarser grids.
+
+        None where it was not asked, or grids make more of a difference than that.
+        """
+        if self.coarser is None:
+            return None
+        for (asked, _), (known, answer) in self.coarser.asked.items():
+            if asked == question and known.effects == base.effects and abs(known.chi2 - base.chi2) < SAME * base.chi2:
+                told: Told = answer
+                return told
+        return self.coarser.told_before(question, base)
+
     def explainable(self, base: Hypothesis) -> float:
         """Return how much of chi-squared there is to explain: beyond the noise, or what free-form corrections find."""
         if base.misfit > base.noise_known or base.swell > 1.0:
@@ -173,7 +188,9 @@ class Bench:
     def refined(self, chain: Chain) -> "Bench":
         """Return the bench with grids fine enough for ``chain``."""
         finer = tuple(refined(o, chain) for o in self.observations)
-        return self if finer == self.observations else replace(self, observations=finer, known={}, asked={})
+        if finer == self.observations:
+            return self
+        return replace(self, observations=finer, known={}, asked={}, coarser=self)
 
     def fine_enough(self, *hypotheses: Hypothesis) -> "Bench":
         """Return the bench with grids fine enough for all hypotheses; any are where one's chance swells the noise."""

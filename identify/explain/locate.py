@@ -10,8 +10,7 @@ from functools import cached_property
 from itertools import compress
 from math import exp
 
-import numpy as np
-
+from identify.chain import Chain
 from identify.evidence import Evidence
 from identify.explain.bench import Bench
 from identify.explain.corners import again, cornered, slid
@@ -117,9 +116,14 @@ class Located:
         return max(shares, default=self.promised.get(place, 0.0))
 
 
+def is_fine(correction: Correction) -> bool:
+    """Return whether a correction is a table over the clock as fine as the data, which is solved and not fitted."""
+    return len(correction.knots) > MOST
+
+
 def is_table(correction: Correction) -> bool:
     """Return whether a correction is as fine as the data: over the clock, or over all levels that u rests on."""
-    return len(correction.knots) > MOST or isinstance(correction, LevelTable)
+    return is_fine(correction) or isinstance(correction, LevelTable)
 
 
 def scores(base: Hypothesis, fitted: Sequence[Hypothesis], prices: Sequence[float]) -> list[float]:
@@ -137,7 +141,10 @@ def located(bench: Bench, base: Hypothesis) -> Located:
 
 
 def _located(bench: Bench, base: Hypothesis) -> Located:
-    """Fit them once."""
+    """Fit them once; what was fitted on coarser grids goes on from there."""
+    before = bench.told_before(_located, base)
+    if before is not None:
+        return _once_more(bench, base, before)
     if all_wanders(base, bench.observations):
         return Located(base, (), 1.0)
     ranked = bench.suspects(base)
@@ -147,13 +154,24 @@ def _located(bench: Bench, base: Hypothesis) -> Located:
     evidence = bench.evidence(base)
     noise = unexplained(evidence, ranked)
     worth, fitted = _fitted(bench, base, evidence, ranked, noise)
-    prices = [s.worth(noise)[1] for s in worth]
-    order = np.argsort([-score for score in scores(base, [h for _, h in fitted], prices)], kind="stable").tolist()
-    places = Located(base, tuple(fitted), p_value, tuple(prices)).places
-    order.sort(key=lambda i: -places[fitted[i][0].place])
-    return Located(
-        base, tuple(fitted[i] for i in order), p_value, tuple(prices[i] for i in order), _promised(ranked, base)
-    )
+    prices = tuple(s.worth(noise)[1] for s in worth)
+    return _ordered(Located(base, tuple(fitted), p_value, prices, _promised(ranked, base)))
+
+
+def _once_more(bench: Bench, base: Hypothesis, before: Located) -> Located:
+    """Return the same corrections fitted on these grids."""
+    fitted = [
+        (c, _as_it_is(bench, base, h.fit.chain) if is_fine(c) else bench.fitted(h.fit.chain, base.effects, ITERATIONS))
+        for c, h in before.fitted
+    ]
+    return _ordered(replace(before, base=base, fitted=tuple(ended(bench, fitted))))
+
+
+def _ordered(found: Located) -> Located:
+    """Return the corrections by the odds of their places, those of one place by their scores."""
+    worth = scores(found.base, [h for _, h in found.fitted], found.prices)
+    by = sorted(range(len(worth)), key=lambda i: (-found.places[found.fitted[i][0].place], -worth[i]))
+    return replace(found, fitted=tuple(found.fitted[i] for i in by), prices=tuple(found.prices[i] for i in by))
 
 
 def _fitted(
@@ -192,9 +210,8 @@ def fitted_from(bench: Bench, base: Hypothesis, found: Suspect, iterations: int 
     """Fit a correction on top of a hypothesis, from what solves the linear problem where that helps."""
     still = found.correction.put_in(base.fit.chain)
     solved = still.with_values(found.values)
-    if len(found.correction.knots) > MOST:  # a table as fine as the data holds the answer already
-        chi2 = total_chi_squared(solved, bench.observations)
-        return replace(base, fit=replace(base.fit, chain=solved), chi2=chi2)
+    if is_fine(found.correction):
+        return _as_it_is(bench, base, solved)
     helps = total_chi_squared(solved, bench.observations) < base.chi2
     fitted = bench.fitted(solved if helps else still, base.effects, iterations)
     if not found.correction.searched:
@@ -203,6 +220,11 @@ def fitted_from(bench: Bench, base: Hypothesis, found: Suspect, iterations: int 
     return fitted if turned is fitted.fit.chain else min(
         (fitted, bench.fitted(turned, base.effects, iterations)), key=lambda h: h.chi2
     )  # fmt: skip
+
+
+def _as_it_is(bench: Bench, base: Hypothesis, chain: Chain) -> Hypothesis:
+    """Return a table as fine as the data on top of a hypothesis: it holds the answer already."""
+    return replace(base, fit=replace(base.fit, chain=chain), chi2=total_chi_squared(chain, bench.observations))
 
 
 def with_corners(
@@ -246,7 +268,7 @@ def ended(bench: Bench, fitted: list[tuple[Correction, Hypothesis]]) -> list[tup
     if sum(close) < 2:
         return fitted
     return [
-        (c, bench.fitted(h.fit.chain, h.effects) if near and not h.fit.converged and len(c.knots) <= MOST else h)
+        (c, bench.fitted(h.fit.chain, h.effects) if near and not h.fit.converged and not is_fine(c) else h)
         for (c, h), near in zip(fitted, close, strict=True)
     ]
 

@@ -248,12 +248,12 @@ def test_what_no_first_order_foresees_is_fitted_unless_what_was_fitted_explains_
         assert len(asked) == looks
 
 
-def test_a_creep_that_stands_in_for_a_leak_takes_no_more_than_all() -> None:
-    """Without end it would become the leak: a share of many times the capacitor, over as many times the time."""
+def test_a_creep_that_stands_in_for_a_leak_takes_no_more_than_half() -> None:
+    """Without end it would become the leak, a share of many times the capacitor; nearly all of it would be a pole."""
     there = bench(Concealed("leak", {"rate": 3.0}))
-    start = {"dielectric_absorption.fraction": 0.9, "dielectric_absorption.tau": 0.3}
+    start = {"dielectric_absorption.fraction": 0.4, "dielectric_absorption.tau": 0.3}
     found = there.fitted(there.with_effects((CREEP,), start), (CREEP,))
-    assert found.fit.chain.values["dielectric_absorption.fraction"] == pytest.approx(1.0)
+    assert found.fit.chain.values["dielectric_absorption.fraction"] == pytest.approx(0.5)
 
 
 def test_a_creep_is_never_the_wrong_way_round_and_a_capacitor_never_a_map_of_the_level(tilted: Bench) -> None:

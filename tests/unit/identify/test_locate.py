@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.signal import lsim
 
+import identify.explain.bench as bench_module
 from identify.chain import signals
 from identify.effects import chain_of
 from identify.evidence import Evidence
@@ -55,6 +56,24 @@ def test_nothing_is_located_where_nothing_is_missing() -> None:
     clean = found(bench())
     assert not clean.significant
     assert clean.p_value > 0.01
+
+
+def test_on_finer_grids_the_same_corrections_are_fitted_and_none_is_looked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    there = bench(BENT)
+    plain = there.fitted(there.plain, ())
+    told = located(there, plain)
+    finer = tuple(replace(o, substeps=2 * o.substeps) for o in there.observations)
+    fine = replace(there, observations=finer, known={}, asked={}, coarser=there)
+    asked: list[object] = []
+    monkeypatch.setattr(bench_module, "suspects", lambda evidence: asked.append(evidence) or [])
+    again = located(fine, fine.again(plain))
+    assert not asked
+    assert [c for c, _ in again.fitted] == [c for c, _ in told.fitted]
+    assert all(h.data is finer for c, h in again.fitted)
+    assert again.share == pytest.approx(told.share, rel=1e-3)
+    other = fine.fitted(fine.plain.with_values({"F.D_L": 2.0}), (), 0)
+    assert not located(fine, other).significant  # at other values they are looked for
+    assert len(asked) == 1
 
 
 def test_a_bent_border_is_located_at_f_and_proven_on_another_run() -> None:
