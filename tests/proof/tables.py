@@ -25,8 +25,9 @@ WRONG = "one effect: a wrong name called likelier than not"
 COVERED = "parameters within their 95 % interval"
 AS_ONE = "names for exactly the same data taken as one"
 BOTH = "two effects: both named"
+MISNAMED = "two effects: a wrong name called likelier than not"
 FOREIGN = "outside: a wrong name called likelier than not"
-FOREMOST = (FALSE_ALARM, RIGHT, WITHIN, WRONG, COVERED, BOTH, FOREIGN)
+FOREMOST = (FALSE_ALARM, RIGHT, WITHIN, WRONG, COVERED, BOTH, MISNAMED, FOREIGN)
 WEAK = 0.8
 Z_BANDS = (10.0, 30.0, 100.0, 1000.0, np.inf)
 Rows = list[tuple[str, str, str]]
@@ -67,6 +68,7 @@ def _asked(outcomes: Sequence[Outcome], twins: Twins) -> Rows:
         (f"both named, {AS_ONE}", "", str(share(pair, lambda o: _kinds(o.ids, twins) <= _kinds(o.names, twins)))),
         ("two effects: at least one, and no wrong name", "97 %", str(share(pair, _one_and_no_wrong))),
         (f"one and no wrong name, {AS_ONE}", "", str(share(pair, lambda o: _one_and_none_else(o, twins)))),
+        (MISNAMED, "", str(share(pair, confident_and_wrong))),
         ("outside the catalogue: right stage", "85 %", str(share(outside, lambda o: o.placed))),
         (FOREIGN, "at most 5 %", str(share(outside, confident_and_wrong))),
         ("outside: no name at all", "", str(share(outside, lambda o: not o.names))),

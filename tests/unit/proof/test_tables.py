@@ -94,8 +94,15 @@ def test_the_short_table_counts_what_was_asked_for():
     assert told["one effect: right name among at most 3"] == "2 of 2 (100 %)"
     assert told["two effects: both named"] == "0 of 1 (0 %)"
     assert told["two effects: at least one, and no wrong name"] == "1 of 1 (100 %)"
+    assert told["two effects: a wrong name called likelier than not"] == "0 of 1 (0 %)"
     assert told["outside: a wrong name called likelier than not"] == "1 of 2 (50 %)"
     assert told["simulations' time an answer (median; most)"] == "1,500; 1,500"
+
+
+@pytest.mark.parametrize(("probability", "sure"), [(0.5, "0 of 1 (0 %)"), (0.6, "1 of 1 (100 %)")])
+def test_of_two_effects_a_wrong_name_is_counted_where_it_is_sure(probability, sure):
+    mistaken = entry("pair", ["saturation", "hum"], ("echo", "G2", probability, []), ("hum", "sense", 0.9, []))
+    assert f"| two effects: a wrong name called likelier than not |  | {sure} |" in short([opened(mistaken)], {})
 
 
 def test_of_two_effects_a_name_for_exactly_the_same_data_is_counted_apart():
