@@ -8,7 +8,7 @@ from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import located
 from identify.explain.round import Round
 from identify.explain.select import MOST_EFFECTS, selected
-from identify.explain.suspect import MOST
+from identify.explain.suspect import is_fine
 
 CLOSELY = 2  # laws that are fitted to their end in the place of noise in front of the gap
 
@@ -53,6 +53,6 @@ def selected_beside(bench: Bench, plain: Hypothesis, note: Note) -> Selected | N
     asked = price(beside, final)
     if min(price(bench, h) for h in (without, *ended)) < asked:
         return None
-    if any(price(bench, h) < asked for c, h in located(bench, without).fitted if len(c.knots) <= MOST):
+    if any(price(bench, h) < asked for c, h in located(bench, without).fitted if not is_fine(c)):
         return None
     return beside, final, [Round(weighed.without(base, law), 0, (base,)), *rounds]

@@ -33,7 +33,7 @@ from identify.explain.readings import (
 )
 from identify.explain.select import selected
 from identify.explain.survey import surveyed
-from identify.explain.suspect import MOST
+from identify.explain.suspect import is_fine
 from identify.explain.wander import MOSTLY, unrepeated
 from identify.explain.warrant import Warranted, warranted
 from identify.holdout import Split
@@ -166,7 +166,7 @@ def _best_told(kept: Warranted) -> Chain:
     What goes with the clock is left where it is: noise goes with that, too, and would be part of it.
     """
     beyond = kept.beyond
-    if not beyond.significant or beyond.best.axis == "clock time" or len(beyond.best.knots) > MOST:
+    if not beyond.significant or beyond.best.axis == "clock time" or is_fine(beyond.best):
         return kept.hypothesis.fit.chain
     return beyond.fitted[0][1].fit.chain
 

@@ -18,7 +18,7 @@ from identify.explain.hypothesis import Hypothesis
 from identify.explain.race import KEPT
 from identify.explain.round import FORETOLD
 from identify.explain.steady import steady
-from identify.explain.suspect import LEVEL, MOST, Suspect, contenders, finer, overlooked, unexplained
+from identify.explain.suspect import LEVEL, Suspect, contenders, finer, is_fine, overlooked, unexplained
 from identify.explain.wander import all_wanders
 from identify.fit import total_chi_squared
 from identify.phases import turned_sines
@@ -114,11 +114,6 @@ class Located:
         """Return the share of the misfit that the best correction at a place explains, to first order if not fitted."""
         shares = [h.share(self.base) for c, h in self.fitted if c.place == place]
         return max(shares, default=self.promised.get(place, 0.0))
-
-
-def is_fine(correction: Correction) -> bool:
-    """Return whether a correction is a table over the clock as fine as the data, which is solved and not fitted."""
-    return len(correction.knots) > MOST
 
 
 def is_table(correction: Correction) -> bool:

@@ -7,7 +7,7 @@ from identify.explain.bench import Bench
 from identify.explain.confirm import CONVINCING, adapted, held_out_rms, improvement
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located, is_table
-from identify.explain.suspect import MOST
+from identify.explain.suspect import is_fine
 from identify.observe import Observation, refined
 from identify.unnamed.correction import Correction
 
@@ -37,7 +37,7 @@ def proven(bench: Bench, beyond: Located, test: Sequence[Observation]) -> Proof 
 
     A table as fine as the data cannot: it says nothing of another time.
     """
-    if not beyond.significant or len(beyond.best.knots) > MOST:
+    if not beyond.significant or is_fine(beyond.best):
         return None
     correction, fitted = beyond.fitted[0]
     fitted = bench.refined(fitted.fit.chain).fitted(fitted.fit.chain, fitted.effects)

@@ -208,7 +208,7 @@ def hides_blemishes(readings: Readings, bench: Bench, hypothesis: Hypothesis, le
     own = {blemish for effect in hypothesis.effects for blemish in effect.brings}
     if not {b.id for b in seen.found} - {b.id for b in readings.found} - own:
         return False
-    fitted, _ = _less(chain, seen, noise_v)  # held-out recordings have values of their own, as the phase of their mains
+    fitted, _ = _less(chain, replace(seen, proof=()), noise_v)  # held-out ones have values of their own, as phases
     return pooled_rms([trace.y[:][good(trace)] for trace in fitted]) ** 2 < (1.0 + bench.noise_known) * noise_v**2
 
 

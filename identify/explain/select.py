@@ -15,7 +15,7 @@ from identify.explain.locate import located
 from identify.explain.neighbours import resettled
 from identify.explain.prune import pruned
 from identify.explain.round import WHOLE, Round, counts
-from identify.explain.suspect import MOST
+from identify.explain.suspect import is_fine
 from identify.explain.wander import all_wanders
 
 MOST_EFFECTS = 3
@@ -95,7 +95,7 @@ def _hopeless(bench: Bench, start: Hypothesis, best: Hypothesis) -> float:
     """
     if bench.complete(best) or best.swell > 1.0:
         return 0.0
-    told = [h for c, h in located(bench, bench.again(start)).fitted if len(c.knots) <= MOST]
+    told = [h for c, h in located(bench, bench.again(start)).fitted if not is_fine(c)]
     return min((h.chi2 for h in told if h.misfit < FAR_LESS * best.misfit), default=0.0)
 
 

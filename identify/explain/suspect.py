@@ -79,6 +79,11 @@ class Suspect:
         return best, 0.5 * self.gain / noise - best
 
 
+def is_fine(correction: Correction) -> bool:
+    """Return whether a correction is a table over the clock as fine as the data, which is solved and not fitted."""
+    return len(correction.knots) > MOST
+
+
 def suspects(evidence: Evidence) -> list[Suspect]:
     """Return every correction with its promise to first order, the likeliest first."""
     found = [_placed(suspect(evidence, correction)) for correction in corrections(evidence)]
@@ -190,7 +195,7 @@ def overlooked(ranked: Sequence[Suspect], fitted: Sequence[Suspect]) -> list[Sus
     """
     most = max(s.gain for s in ranked)
     found: dict[tuple[str, Place], Suspect] = {}
-    for s in (s for s in ranked if s.gain > PART * most and len(s.correction.knots) <= MOST and most > LARGE):
+    for s in (s for s in ranked if s.gain > PART * most and not is_fine(s.correction) and most > LARGE):
         found.setdefault((s.correction.form, s.correction.place), s)
     known = {(s.correction.form, s.correction.place) for s in fitted}
     return [s for key, s in found.items() if key not in known]

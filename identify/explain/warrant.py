@@ -11,7 +11,7 @@ from identify.explain.hypothesis import LEAST_TOLD, Hypothesis
 from identify.explain.locate import Located, located
 from identify.explain.rivals import left_to_explain, unheard
 from identify.explain.round import FORETOLD, Round
-from identify.explain.suspect import MOST
+from identify.explain.suspect import is_fine
 from identify.fit import Fit, total_chi_squared
 from identify.stage import Place
 
@@ -80,7 +80,7 @@ def _challenged(bench: Bench, plain: Hypothesis, names: Hypothesis) -> bool:
     if not names.effects or names.swell > 1.0:
         return False
     told = plain.chi2 - names.chi2 - _price(plain, names)
-    few = [s for s in bench.suspects(plain) if len(s.correction.knots) <= MOST]
+    few = [s for s in bench.suspects(plain) if not is_fine(s.correction)]
     return any(s.gain - 2.0 * s.worth(1.0)[1] > told for s in few)
 
 
@@ -91,7 +91,7 @@ def _outdone(alone: Located, names: Hypothesis, surprise: float) -> bool:
     which each might have been any, are a coincidence that one is not.
     """
     spared = _price(alone.base, names) + 2.0 * surprise * (len(names.effects) - 1)
-    told = [(h, price) for (c, h), price in zip(alone.fitted, alone.prices, strict=True) if len(c.knots) <= MOST]
+    told = [(h, price) for (c, h), price in zip(alone.fitted, alone.prices, strict=True) if not is_fine(c)]
     return any(h.fall(names) - 2.0 * price + spared > STRONG for h, price in told)
 
 
@@ -112,7 +112,7 @@ def _foretells(under: Located, chance: Hypothesis) -> bool:
     What acts by chance could have made any scatter; a law of few numbers that foretells it is believed first. A table
     as fine as the data foretells nothing.
     """
-    told = [h for c, h in under.fitted if under.significant and len(c.knots) <= MOST]
+    told = [h for c, h in under.fitted if under.significant and not is_fine(c)]
     return any(under.base.chi2 - h.chi2 > FORETOLD * (under.base.chi2 - chance.chi2) for h in told)
 
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from identify.effects.effect import Effect
-from identify.explain.suspect import MOST, Suspect
+from identify.explain.suspect import Suspect, is_fine
 from identify.fit import Pull
 
 
@@ -21,4 +21,4 @@ class Carried:
 
     def leaves(self, suspect: Suspect) -> bool:
         """Return whether a correction promises more than the law may leave, and is no table as fine as its chance."""
-        return suspect.gain > self.rough and len(suspect.correction.knots) <= MOST
+        return suspect.gain > self.rough and not is_fine(suspect.correction)

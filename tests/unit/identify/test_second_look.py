@@ -67,6 +67,9 @@ def test_spikes_that_rails_hid_are_taken_out_before_the_rails_are_doubted(beside
     assert hides_blemishes(readings, bench, named, ()) == all_of_it
     assert not hides_blemishes(readings, bench, named, ("spikes",))
     assert not hides_blemishes(readings, bench, readings.plain, ())
+    if all_of_it:
+        told = explain(model, traces[:1], traces[1:])
+        assert (told.verdict, [f.id for f in told.effects]) == ("explained", ["saturation", "spikes"])
 
 
 def test_blemishes_are_looked_for_beside_what_is_unnamed_but_not_beside_what_goes_with_the_clock():

@@ -19,7 +19,7 @@ from identify.explain.promise import Promise
 from identify.explain.prune import simplified
 from identify.explain.race import DECISIVE
 from identify.explain.rivals import odds
-from identify.explain.round import Round, lagging, outdone, ranked, unforeseen
+from identify.explain.round import Round, lagging, outdone, ranked, richer, unforeseen
 from identify.explain.select import _belongs, _explainable, _hopeless, _settled, selected
 from identify.explain.suspect import Suspect
 from identify.fit import chi_squared
@@ -409,6 +409,15 @@ def test_a_fit_on_coarser_grids_ends_where_one_on_the_grids_of_the_bench_does():
     assert found.chi2 == pytest.approx(finely.chi2, abs=DECISIVE)
     for name in ("extra_pole.tau", "G1.den.s1", "F.D_L"):
         assert found.fit.chain.values[name] == pytest.approx(finely.fit.chain.values[name], abs=finely.fit.sd(name))
+
+
+@pytest.mark.parametrize(("behind", "tried"), [(2.0, False), (20.0, True), (1e4, True), (1e5, False)])
+def test_one_more_value_of_a_law_may_bring_a_part_of_a_large_mismatch(bench, behind, tried):
+    """Where the best may leave noise alone: rails 10,000 above the noise lacked the resistor of a diode."""
+    base = replace(fitted(bench, RAIL), effects=(), chi2=1e8)
+    best = replace(base, effects=(RAIL,), chi2=float(base.count))
+    other = replace(best, effects=(DIODE,), chi2=best.chi2 + behind)
+    assert richer(base, [best, other]) == [best, *([other] if tried else [])]
 
 
 def test_what_came_close_is_compared_on_grids_fine_enough_for_all_of_it():

@@ -9,6 +9,7 @@ from identify.stage import Block, Grid, Place, Ramp, memoryless
 def test_places_are_ordered_from_source_to_sense_and_go_by_their_names():
     assert [place.label for place in sorted(Place)] == ["source", "G1", "F", "G2", "sense"]
     assert all(Place.of(place.label) is place for place in Place)
+    assert all(Place), "the first of them is a place, too"
 
 
 @pytest.mark.parametrize("label", ["g1", "", "SENSE"])
