@@ -62,8 +62,6 @@ SPEED = 5.0
 """Of the clocks of emulated devices."""
 FIRMWARE_SPEED = 4.0
 """Of the processor's clock in simavr, at most; more of it is more than a computer does."""
-FIRMWARE_PATIENCE_S = 3.0
-"""In a run that clock waits so long for a computer that is busy with other tests."""
 
 
 @contextmanager
@@ -98,7 +96,7 @@ def keep(device: Device, folder: Path) -> None:
 @contextmanager
 def firmware(folder: Path, rig: str) -> Iterator[str]:
     """Give the address of the firmware of the serial DAQ, run by simavr: the same driver, not our device model."""
-    with on_simavr(rig, speed=FIRMWARE_SPEED, patience_s=FIRMWARE_PATIENCE_S) as board:
+    with on_simavr(rig, speed=FIRMWARE_SPEED) as board:
         yield board.address
 
 

@@ -74,7 +74,7 @@ def test_every_sample_is_read_and_put_out_in_its_time(board: Board, rate_hz: flo
 ], ids=["dropped", "corrupted"])
 def test_on_a_bad_line_no_sample_is_wrong_and_none_is_missing_in_silence(faults: Faults) -> None:
     u = 4.0 * np.sin(np.arange(3000) * 0.01)
-    with on_simavr(GAIN, faults=faults, patience_s=3.0) as board, connect(board.address) as device:
+    with on_simavr(GAIN, faults=faults) as board, connect(board.address) as device:
         y, flags = np.full(u.size, np.nan), Flag.NONE
         for block in device.stream(u, 1000.0, LIMITS):
             flags |= block.flags

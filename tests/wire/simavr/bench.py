@@ -105,7 +105,7 @@ class Board:
 
 @contextmanager
 def on_simavr(rig: str, *, speed: float = 1.0, faults: Faults = NO_FAULTS, seed: int = 0,
-              patience_s: float = 1.0, **settings: Any) -> Iterator[Board]:
+              patience_s: float = 3.0, **settings: Any) -> Iterator[Board]:
     """Run the firmware in front of ``rig``, at most ``speed`` times as fast as a real one; ``settings`` build it.
 
     In a run the board's clock stands still, ``patience_s`` at most, while the host has left half of its FIFO empty: a
