@@ -82,7 +82,7 @@ class Located:
             foretold = self.foretold(correction, h)
             of_g1 = correction.place is Place.G1 and isinstance(correction, LevelMap | BrokenMap | Hysteresis | Relays)
             odds *= DISGUISE if of_g1 or foretold else 1.0
-            for place in correction.same_at:
+            for place in entered_at(correction):
                 found[place] = max(found.get(place, 0.0), odds if place is correction.place else DISGUISE * odds)
         total = sum(found.values())
         return dict(sorted(((place, odds / total) for place, odds in found.items()), key=lambda item: -item[1]))
@@ -114,6 +114,16 @@ class Located:
         """Return the share of the misfit that the best correction at a place explains, to first order if not fitted."""
         shares = [h.share(self.base) for c, h in self.fitted if c.place == place]
         return max(shares, default=self.promised.get(place, 0.0))
+
+
+def entered_at(correction: Correction) -> tuple[Place, ...]:
+    """Return the places at which a correction may have entered, its own first.
+
+    A table over the clock, as fine as the data, is put at F where it shows only while F moves: what is in front of F
+    shows only then, too.
+    """
+    in_front = is_fine(correction) and correction.place is Place.F
+    return (*correction.same_at, *((Place.G1, Place.SOURCE) if in_front else ()))
 
 
 def is_table(correction: Correction) -> bool:

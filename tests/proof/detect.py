@@ -47,7 +47,7 @@ class Reach:
 class Sensed:
     """A plain rig with its training runs: what it answers, and what its own values can change in that.
 
-    ``beside`` is noise that is concealed in it, too. ``steps`` are the sub-steps of a sample.
+    ``beside`` is noise that is concealed in it, too, of the reading or in front of the gap. ``steps`` are the sub-steps of a sample.
     """
 
     case: Playable
@@ -84,15 +84,15 @@ class Sensed:
 
     @cached_property
     def louder(self) -> tuple[Array, ...]:
-        """Return by how much the noise beside makes every line of each run's spectrum louder than white, in amplitude.
+        """Return by how much what scatters beside makes each line of a run's spectrum louder than white, in amplitude.
 
         The mean of a run is as uncertain as its lowest line: the bench's noise has none, a real one does.
         """
-        clean = self.answers(self.case.rig)
         power = [np.zeros(u.size // 2 + 1) for u, _, _ in self.runs]
-        for seed in range(SPECTRA if self.beside else 0):
-            added = self._runs(self.answers(self.case.rig, self.beside, seed) - clean)
-            power = [p + _power(a) / SPECTRA for p, a in zip(power, added, strict=True)]
+        courses = [self.answers(self.case.rig, self.beside, seed) for seed in range(SPECTRA if self.beside else 0)]
+        for course in courses:  # noise in front of the gap has a mean, which is no noise
+            added = self._runs(course - np.mean(courses, axis=0))
+            power = [p + _power(a) / (SPECTRA - 1) for p, a in zip(power, added, strict=True)]
         lines = (np.concatenate((p[1:2], p[1:])) / self.case.rig.noise_v**2 for p in power)
         return tuple(np.sqrt(1.0 + line) for line in lines)
 
@@ -131,8 +131,8 @@ class Sensed:
         With rho the ratio of added to white power, a line of the spectrum tells rho - ln(1 + rho).
         """
         z2 = 0.0
-        for added in self._runs(self._change(concealed, self.case.seed)):
-            power = _power(added)[1:] / self.case.rig.noise_v**2
+        for added, louder in zip(self._runs(self._change(concealed, self.case.seed)), self.louder, strict=True):
+            power = np.square(1.0 / louder[1:]) * _power(added)[1:] / self.case.rig.noise_v**2
             ratio = np.convolve(power, np.full(SMOOTH, 1.0 / SMOOTH), mode="same")
             z2 += 2.0 * float(np.sum(ratio - np.log1p(ratio)))
         return float(np.sqrt(z2))

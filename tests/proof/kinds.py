@@ -47,6 +47,11 @@ class Kind:
     spectral: bool = False
     drawn: bool = False
 
+    @property
+    def noisy(self) -> bool:
+        """Return whether what it does scatters: what else is concealed has to show in that, too."""
+        return self.chance or self.spectral
+
 
 def sign(rng: Rng) -> float:
     """Return one up or down."""

@@ -25,6 +25,7 @@ WRONG = "one effect: a wrong name called likelier than not"
 COVERED = "parameters within their 95 % interval"
 AS_ONE = "names for exactly the same data taken as one"
 BOTH = "two effects: both named"
+BOTH_LISTED = "two effects: both named or listed"
 MISNAMED = "two effects: a wrong name called likelier than not"
 FOREIGN = "outside: a wrong name called likelier than not"
 FOREMOST = (FALSE_ALARM, RIGHT, WITHIN, WRONG, COVERED, BOTH, MISNAMED, FOREIGN)
@@ -66,6 +67,7 @@ def _asked(outcomes: Sequence[Outcome], twins: Twins) -> Rows:
         ("`explained`: held-out residual at most 1.1 x noise", "all", str(proven(outcomes))),
         (BOTH, "80 %", str(share(pair, lambda o: set(o.ids) <= set(o.names)))),
         (f"both named, {AS_ONE}", "", str(share(pair, lambda o: _kinds(o.ids, twins) <= _kinds(o.names, twins)))),
+        (BOTH_LISTED, "", str(share(pair, lambda o: o.within))),
         ("two effects: at least one, and no wrong name", "97 %", str(share(pair, _one_and_no_wrong))),
         (f"one and no wrong name, {AS_ONE}", "", str(share(pair, lambda o: _one_and_none_else(o, twins)))),
         (MISNAMED, "", str(share(pair, confident_and_wrong))),

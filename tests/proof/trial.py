@@ -149,8 +149,8 @@ def _pieces(trial: Trial, kinds: tuple[Kind, ...], rng: Rng) -> list[tuple[Conce
     bounds = trial.key.z or Z[trial.key.stratum]
     for _ in range(LOTS):
         found: dict[Kind, tuple[Concealed, float]] = {}
-        for kind in sorted(kinds, key=lambda kind: not kind.spectral):
-            beside = tuple(found[other][0] for other in found if other.spectral)
+        for kind in sorted(kinds, key=lambda kind: (not kind.spectral, not kind.chance)):
+            beside = tuple(found[other][0] for other in found if other.noisy)
             found[kind] = _piece(Sensed(trial, beside), kind, rng, bounds)
         if len(kinds) == 1 or not any(_hidden(trial, kind, found, bounds[0]) for kind in kinds):
             return [found[kind] for kind in kinds]
@@ -159,9 +159,11 @@ def _pieces(trial: Trial, kinds: tuple[Kind, ...], rng: Rng) -> list[tuple[Conce
 
 def _hidden(trial: Trial, kind: Kind, found: dict[Kind, tuple[Concealed, float]], least: float) -> bool:
     """Return whether a piece shows much less beside the others than it must: they keep the signal from it."""
-    if kind.chance or kind.spectral or kind.drawn:
+    if kind.chance or kind.drawn:
         return False
-    noise = tuple(found[other][0] for other in found if other.spectral)
+    noise = tuple(found[other][0] for other in found if other.noisy and other is not kind)
+    if kind.spectral:
+        return bool(noise) and Sensed(trial, noise).z_of_spectrum(found[kind][0]) < HIDES * least
     others = tuple(found[other][0] for other in found if other is not kind)
     return Sensed(trial, noise).z_with(others, found[kind][0]) < HIDES * least
 
@@ -174,7 +176,7 @@ def _piece(sensed: Sensed, kind: Kind, rng: Rng, bounds: tuple[float, float]) ->
     z = sensed.z_of_mean if kind.chance else sensed.z_of_spectrum if kind.spectral else sensed.z
     wanted = between(rng, *bounds)
     found, reached = strength(lambda s: z(Concealed(kind.law, values(s))), wanted)
-    if not kind.chance and not kind.spectral:
+    if not kind.noisy:
         finely = replace(sensed, steps=SUBSTEPS)
         seen = finely.z(Concealed(kind.law, values(found)))
         if abs(np.log(seen / reached)) > MISTAKEN:  # the coarse grid does not see how fast the law is

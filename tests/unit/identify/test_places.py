@@ -3,14 +3,15 @@
 What is planted comes from the bench's own integrator. The corrections are families: none of them is the law planted.
 """
 
+import numpy as np
 import pytest
 
 from identify.effects import chain_of
 from identify.explain.bench import Bench
-from identify.explain.locate import Located, located
+from identify.explain.locate import Located, entered_at, located
 from identify.stage import Place
 from identify.unnamed.hysteresis import Hysteresis
-from identify.unnamed.timed import ClockMap, GainMap, GainSteps, OffsetInRun, Timed
+from identify.unnamed.timed import ClockMap, GainMap, GainSteps, GapOverClock, OffsetInRun, Timed
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
 from tests.proof.stimuli import FIG13_LEVELS_V, Stimulus, sine, staircase
@@ -63,6 +64,14 @@ def test_what_is_slow_is_the_same_on_either_side_of_a_linear_block(kind: type[Ti
     told = {place: kind(place, (0.0, 1.0)).same_at for place in kind.places}
     assert told[Place.G1] == (Place.G1, Place.SOURCE)
     assert told[Place.SENSE] == (Place.SENSE, Place.G2, Place.F)
+
+
+def test_what_shows_only_while_f_moves_may_have_entered_in_front_of_it() -> None:
+    """A table as fine as the data says no more than when; one of few numbers that does better at F is at F."""
+    fine = tuple(np.linspace(0.0, 1.0, 1000).tolist())
+    assert entered_at(ClockMap(Place.F, fine)) == (Place.F, Place.G1, Place.SOURCE)
+    assert entered_at(ClockMap(Place.SENSE, fine)) == (Place.SENSE, Place.G2, Place.F)
+    assert entered_at(GapOverClock(Place.F, (0.0, 0.5, 1.0))) == (Place.F,)
 
 
 def test_where_a_fit_keeps_little_of_what_was_promised_others_are_fitted(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -99,6 +99,13 @@ def test_the_short_table_counts_what_was_asked_for():
     assert told["simulations' time an answer (median; most)"] == "1,500; 1,500"
 
 
+def test_of_two_effects_both_are_listed_where_each_is_first_or_an_alternative():
+    listed = entry("pair", ["saturation", "hum"], ("echo", "G2", 0.5, [("saturation", 0.4)]), ("hum", "sense", 0.9, []))
+    table = short([opened(listed), opened(PAIR)], {})
+    assert "| two effects: both named or listed |  | 1 of 2 (50 %) |" in table
+    assert "| two effects: both named | 80 % | 0 of 2 (0 %) |" in table
+
+
 @pytest.mark.parametrize(("probability", "sure"), [(0.5, "0 of 1 (0 %)"), (0.6, "1 of 1 (100 %)")])
 def test_of_two_effects_a_wrong_name_is_counted_where_it_is_sure(probability, sure):
     mistaken = entry("pair", ["saturation", "hum"], ("echo", "G2", probability, []), ("hum", "sense", 0.9, []))

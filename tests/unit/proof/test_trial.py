@@ -19,7 +19,7 @@ from tests.proof.rigs import RC, drawn_rig, toleranced
 from tests.proof.seal import Sealed, sealed
 from tests.proof.standard import SOURCE_V, protocol
 from tests.proof.stimuli import sine, staircase
-from tests.proof.trial import ROUND, STRATA, Key, Trial, drawn, plan
+from tests.proof.trial import ROUND, STRATA, Key, Trial, _hidden, drawn, plan
 
 KNOWN = {**blemishes(), **catalogue()}
 IDS = sorted({kind.id for kind in LIBRARY})
@@ -119,6 +119,28 @@ def test_what_is_concealed_beside_noise_must_show_in_both_together():
     assert [white.z(c) / SMALL.z(c) for c in (quick, slow)] == pytest.approx([0.5**0.5] * 2, rel=0.1)
     assert red.z(slow) < 0.1 * SMALL.z(slow)
     assert red.z(quick) > 0.3 * SMALL.z(quick)
+
+
+def test_what_is_concealed_beside_noise_in_front_of_the_gap_must_show_in_what_that_makes_of_w():
+    """Its mean is a law, and hides nothing; its courses hide what is slow, as w keeps where they pushed it."""
+    tone = {"frequency": 900.0, "amplitude": 0.02, "third": 0.0, "fifth": 0.0}
+    quick, slow = Concealed("hum at sense", tone), Concealed("feedthrough", {"k": 0.01})
+    red = Concealed("coloured_noise", {"sd": RC.noise_v, "slope": 2.0})
+    shaken = replace(SMALL, beside=(Concealed("process_noise, low-passed", {"sd": 0.1, "bandwidth": 1000.0}),))
+    assert shaken.z(slow) < 0.3 * SMALL.z(slow)
+    assert shaken.z(slow) / SMALL.z(slow) < 0.5 * shaken.z(quick) / SMALL.z(quick)
+    assert shaken.z_of_spectrum(red) < 0.5 * SMALL.z_of_spectrum(red)
+    still = replace(SMALL, beside=(Concealed("offset_drift", {"rate": 10.0}),))
+    assert still.z(slow) == pytest.approx(SMALL.z(slow))
+
+
+def test_noise_of_the_reading_that_the_noise_in_front_of_the_gap_hides_is_drawn_again():
+    shaking, red = (next(k for k in LIBRARY if k.law == law) for law in ("process_noise", "coloured_noise"))
+    beside, faint = ({"sd": 0.1, "bandwidth": 1000.0}, {"sd": 0.1 * RC.noise_v, "slope": 2.0})
+    found = {red: (Concealed("coloured_noise", faint), 30.0), shaking: (Concealed("process_noise", beside), 30.0)}
+    assert _hidden(SMALL.case, red, found, 30.0)
+    assert not _hidden(SMALL.case, red, {red: found[red]}, 30.0)
+    assert not _hidden(SMALL.case, shaking, found, 30.0)
 
 
 @pytest.mark.parametrize("law", [lambda s: 900 * s, lambda s: 4e4 * s**2.2, lambda s: 900 * max(s - 0.3, 0.0) ** 1.5])
