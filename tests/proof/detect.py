@@ -47,7 +47,8 @@ class Reach:
 class Sensed:
     """A plain rig with its training runs: what it answers, and what its own values can change in that.
 
-    ``beside`` is noise that is concealed in it, too, of the reading or in front of the gap. ``steps`` are the sub-steps of a sample.
+    ``beside`` is noise that is concealed in it, too, of the reading or in front of the gap. ``steps`` are the
+    sub-steps of a sample.
     """
 
     case: Playable
