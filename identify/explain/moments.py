@@ -26,6 +26,10 @@ BURST = 9.0  # of chi-squared, beyond what the largest of all windows has by cha
 CALM = 0.25  # of the misfit while F moves, below which what is left at rest is not the same thing
 NOTHING = 0.1  # of the misfit at rest, below which nothing is left where F remembers nothing
 LEAST = 2000  # readings that tell so
+STEP_S = 0.02  # the window whose mean says where the reading rests
+SELDOM = 0.1  # of the mean square speed at which what is left changes while F moves: at rest it stays as it is
+SURE = 6.0  # standard deviations of noise, from which it changes
+STEPS, MOVES = 20, 5  # from window to window, at rest and with a move between them, that tell so
 LAGS = 5.0  # times the slowest lag, after which what F remembered has passed
 
 
@@ -66,7 +70,39 @@ def where(evidence: Evidence) -> Place:
         return Place.SENSE
     if forgotten.size > LEAST and float(np.mean(forgotten)) < NOTHING * float(np.mean(rest)):
         return Place.F
-    return Place.F if float(np.mean(rest)) < CALM * float(np.mean(move)) else Place.SENSE
+    calm = float(np.mean(rest)) < CALM * float(np.mean(move))
+    return Place.F if calm or stays_at_rest(evidence) else Place.SENSE
+
+
+def stays_at_rest(evidence: Evidence) -> bool:
+    """Return whether what is left is another after every move of F, and stays as it is while F rests.
+
+    Windows in which F rests are compared with the next one, by how fast what is left changes from one to the other, the
+    noise of both means taken off: side by side, or with a move between them. What drifts or leaps by itself does so at
+    rest, too.
+    """
+    size = max(round(STEP_S / evidence.sample_s), 1)
+    apart = [_steps(o, evidence, size) for o in evidence.observations]
+    gap, squares = (np.concatenate([part[i] for part in apart]) for i in range(2))
+    resting_on, moved = squares[gap == 1.0], squares[gap > 1.0]
+    if resting_on.size < STEPS or moved.size < MOVES:
+        return False
+    noise = 2.0 / size / np.square(gap[gap > 1.0])
+    seen = float(np.sum(moved)) > SURE * float(np.sqrt(2.0 * np.sum(np.square(noise))))
+    return seen and float(np.mean(resting_on)) < SELDOM * float(np.mean(moved))
+
+
+def _steps(observation: Observation, evidence: Evidence, size: int) -> tuple[Array, Array]:
+    """Return how many windows a window at rest and the next such one are apart, and the square of the speed of change.
+
+    Speeds in noises a window, the square less that of noise.
+    """
+    chain, many = evidence.chain, observation.trace.size // size
+    shape, end = (many, size), many * size
+    still = (resting(chain, observation) & observation.use)[:end].reshape(shape).all(axis=1)
+    level = whitened(observation, observation.residual(chain))[:end].reshape(shape).mean(axis=1)
+    gap = np.diff(np.flatnonzero(still)).astype(np.float64)
+    return gap, (np.square(np.diff(level[still])) - 2.0 / size) / np.square(gap)
 
 
 def _windows(observation: Observation, evidence: Evidence, window_s: float) -> tuple[Array, Array, Array]:

@@ -180,6 +180,21 @@ def test_what_is_gone_where_f_stands_at_a_border_is_of_its_memory() -> None:
         assert where(evidence) == place
 
 
+@pytest.mark.parametrize(("by_itself", "place"), [(False, Place.F), (True, Place.SENSE)])
+def test_what_is_another_after_every_move_and_stays_while_f_rests_is_of_f(by_itself: bool, place: Place) -> None:
+    """A gap that every turn finds anew; a zero of the converter that leaps whenever it likes is the sense's."""
+    long, rng, chain = staircase("walk", FIG13_LEVELS_V, 0.2, 2), np.random.default_rng(8), chain_of(model_of(OP_AMP))
+    trace = recorded(OP_AMP, long, (), NOISE_V, 1, 0.0, 8)
+    moving = np.diff(signals(chain, trace)[chain.index(Place.F) - 1]) != 0.0
+    moves = np.flatnonzero(np.diff(moving, prepend=False) & moving)
+    leaps = np.sort(rng.integers(0, trace.size, moves.size)) if by_itself else moves
+    offset_v = rng.normal(0.0, 0.02, leaps.size + 1)[np.searchsorted(leaps, np.arange(trace.size), side="right")]
+    steps = tuple(Step(s.label, s.kind, s.start, s.stop, s.repeat) for s in long.segments)
+    there = replace(bench(), observations=(observed(replace(trace, y=trace.y + offset_v, steps=steps), NOISE_V, 1),))
+    evidence = Evidence(there.fitted(there.plain, (), 0).fit, there.observations)
+    assert where(evidence) == place
+
+
 def test_what_wanders_slowly_below_the_noise_is_seen_in_means() -> None:
     """No single reading shows a jump of a third of the noise; means of a hundred do."""
     long = staircase("walk", FIG13_LEVELS_V, 0.2, 2)
