@@ -1,30 +1,31 @@
 """What is missing from the model beside noise in front of the gap, and is that noise there at all?"""
 
 from collections.abc import Callable
+from functools import cache
 
 from identify.explain.bench import Bench
 from identify.explain.carried import carried, price, weighed_again
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import located
 from identify.explain.round import Round
-from identify.explain.select import MOST_EFFECTS, selected
+from identify.explain.select import MOST_EFFECTS, Selected, selected
 from identify.explain.suspect import is_fine
 
 CLOSELY = 2  # laws that are fitted to their end in the place of noise in front of the gap
 
 Note = Callable[[str, float], None]
-Selected = tuple[Bench, Hypothesis, list[Round]]
 
 
 def selected_either(bench: Bench, plain: Hypothesis, note: Note, may_wander: bool) -> Selected:
     """Select what is missing; beside noise in front of the gap where no law without it explains all, as well as that.
 
-    What is foretold is believed before what acts by chance.
+    What is foretold is believed before what acts by chance. Where that wins a round, it is asked at once whether the
+    noise is there.
     """
-    found = selected(bench, plain, note)
-    final = found[1]
-    by_chance = any(effect.by_chance for effect in final.effects)
-    beside = selected_beside(bench, plain, note) if may_wander and (final.proven > 0.0 or by_chance) else None
+    asked = cache(lambda: selected_beside(bench, plain, note) if may_wander else None)
+    found = selected(bench, plain, note, by_chance=asked)
+    by_chance = any(effect.by_chance for effect in found[1].effects)
+    beside = asked() if by_chance or found[1].proven > 0.0 else None
     if beside is None or (not by_chance and price(*found[:2]) < price(*beside[:2])):
         return found
     return beside

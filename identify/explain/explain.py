@@ -12,7 +12,7 @@ from identify.effects.effect import Effect
 from identify.excerpts.excerpts import excerpts_of
 from identify.explain.answer import Answer
 from identify.explain.bench import Bench
-from identify.explain.beside import Selected, selected_beside, selected_either
+from identify.explain.beside import selected_beside, selected_either
 from identify.explain.carried import alike_weighed, scatters_so
 from identify.explain.confirm import CONVINCING, adapted, improvement, unconfirmed, would_tell
 from identify.explain.everywhere import everywhere
@@ -31,7 +31,7 @@ from identify.explain.readings import (
     reread,
     suspected,
 )
-from identify.explain.select import selected
+from identify.explain.select import Selected, selected
 from identify.explain.survey import surveyed
 from identify.explain.suspect import is_fine
 from identify.explain.wander import MOSTLY, unrepeated

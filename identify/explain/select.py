@@ -24,14 +24,17 @@ FAR_LESS = 0.5  # of what laws leave, from below which a single correction shows
 STUCK = 0.1  # share of what an effect explains that the plain model explains as well, fitted from there
 
 Note = Callable[[str, float], None]
+Selected = tuple[Bench, Hypothesis, list[Round]]
 
 
 def selected(
-    bench: Bench, start: Hypothesis, note: Note, most: int = MOST_EFFECTS
-) -> tuple[Bench, Hypothesis, list[Round]]:
+    bench: Bench, start: Hypothesis, note: Note, most: int = MOST_EFFECTS,
+    by_chance: Callable[[], Selected | None] | None = None,
+) -> Selected:  # fmt: skip
     """Add effects one by one, ``most`` at most, while each pays for itself, then drop those made superfluous by others.
 
-    Returns the bench on the grids the winner needs, the winner, and what every round considered.
+    Returns the bench on the grids the winner needs, the winner, and what every round considered. Once what acts
+    ``by_chance`` wins a round, what that returns, if anything: first order foresees the mean of it alone.
     """
     best, rounds = start, list[Round]()
     for number in range(most):
@@ -43,6 +46,9 @@ def selected(
         if plain is not None:
             best, (bench, this) = plain, decided(bench, bench.round(plain))
         start = start if best.effects else this.base
+        other = by_chance() if by_chance and this.best and this.best.effects[-1].by_chance else None
+        if other is not None:
+            return other
         this, ends = _settled(bench, start, this, rounds, part, least)
         if ends and this.best is not None:
             return bench, pruned(bench, this.best), [*rounds, this]

@@ -41,18 +41,19 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
     Else the effect found last has to be more likely than physics of no catalogue, and not to leave more than a little
     that a free-form correction at its own place could take away: then the place may be right, but the law is not. What
     its own chance makes does not speak against it. Nor must such a correction at another place do better without it,
-    or one alone better than all names.
-    If it does not earn its name, the one before it is asked. And no name is earned by a law that does better at a place
-    where it would be other physics.
+    or one alone better than all names: where readings are weighed beside noise in front of the gap, than all beside
+    that, which was held against corrections before (identify.explain.beside). If it does not earn its name, the one
+    before it is asked. And no name is earned by a law that does better at a place where it would be other physics.
     """
     steps = [(this.base, this.best) for this in rounds if this.best is not None]
     strayed = misplaced(bench, final)
     earned = [(base, winner) for base, winner in steps if not strayed & set(winner.names)]
-    hypothesis = final if len(earned) == len(steps) else earned[-1][1] if earned else plain
-    asked = len(hypothesis.effects) > 1 or _challenged(bench, plain, hypothesis)
-    alone = located(bench, plain) if asked else None
+    start = bench.again(rounds[1].base) if bench.carried and len(rounds) > 1 else plain
+    hypothesis = final if len(earned) == len(steps) else earned[-1][1] if earned else start
+    asked = len(hypothesis.effects) > 1 + len(start.effects) or _challenged(bench, start, hypothesis)
+    alone = located(bench, start) if asked else None
     if alone is not None and _outdone(alone, hypothesis, bench.surprise):
-        return Warranted(plain, alone)
+        return Warranted(start, alone)
     goes_on = _goes_on(bench, hypothesis)
     foretold = [e for e in hypothesis.effects if e.by_chance and (goes_on or hypothesis.swell > 1.0)]
     for effect in foretold:  # chance is believed last
@@ -62,8 +63,8 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
     beyond = located(bench, hypothesis)
     while hypothesis.effects and beyond.significant and earned:
         base, winner = earned.pop()
-        rest = earned[-1][1] if earned else plain
-        under = alone if alone is not None and rest is plain else located(bench, rest)
+        rest = earned[-1][1] if earned else start if base.effects else plain
+        under = alone if alone is not None and rest is start else located(bench, rest)
         effect = winner.effects[-1]
         needless = bench.plain.stage_of(Play) is not None and _needless(beyond, under, effect.place)
         if not needless and not _doubtful(beyond, effect, base.chi2 - winner.chi2):
@@ -90,7 +91,8 @@ def _outdone(alone: Located, names: Hypothesis, surprise: float) -> bool:
     Were these right, nothing could: laws that stand in for one of no catalogue leave something. And two of them, of
     which each might have been any, are a coincidence that one is not.
     """
-    spared = _price(alone.base, names) + 2.0 * surprise * (len(names.effects) - 1)
+    more = len(names.effects) - len(alone.base.effects)
+    spared = _price(alone.base, names) + 2.0 * surprise * (more - 1)
     told = [(h, price) for (c, h), price in zip(alone.fitted, alone.prices, strict=True) if not is_fine(c)]
     return any(h.fall(names) - 2.0 * price + spared > STRONG for h, price in told)
 

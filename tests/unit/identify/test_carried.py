@@ -21,13 +21,14 @@ from identify.explain.carried import (
     weighed_again,
 )
 from identify.explain.explain import confirmed, explain, prepared
+from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located
 from identify.explain.prune import pruned
 from identify.explain.rivals import _ahead
 from identify.explain.round import Round
 from identify.explain.suspect import MOST, suspects
 from identify.explain.wander import changes, whitened
-from identify.explain.warrant import Warranted
+from identify.explain.warrant import Warranted, warranted
 from identify.fit import Pull
 from identify.holdout import split
 from identify.observe import pooled_rms, refined, weighed
@@ -207,12 +208,39 @@ def test_intervals_of_the_noise_hold_what_its_rough_law_may_be_off_by(noisy, bes
 def test_what_is_foretold_is_believed_before_chance(noisy, monkeypatch):
     bench, plain, _ = noisy
     found = (bench, plain, [])
-    monkeypatch.setattr("identify.explain.beside.selected", lambda *asked: found)
+    monkeypatch.setattr("identify.explain.beside.selected", lambda *asked, by_chance: found)
     assert selected_either(bench, plain, quiet, may_wander=False) is found
     explained = replace(plain, chi2=float(plain.count))
-    monkeypatch.setattr("identify.explain.beside.selected", lambda *asked: (bench, explained, []))
+    monkeypatch.setattr("identify.explain.beside.selected", lambda *asked, by_chance: (bench, explained, []))
     monkeypatch.setattr("identify.explain.beside.carried", lambda *asked: pytest.fail("nothing is left to explain"))
     assert selected_either(bench, plain, quiet, may_wander=True)[1] is explained
+
+
+def test_where_noise_wins_a_round_it_is_asked_at_once_whether_it_is_there(noisy, beside, monkeypatch):
+    """And once: what other laws would explain beside its mean alone is not looked for first."""
+    bench, plain, _ = noisy
+    found, asked = (*beside, []), []
+    monkeypatch.setattr("identify.explain.beside.selected_beside", lambda *those: asked.append(those) or found)
+    noisiest = replace(plain, effects=beside[1].effects, chi2=0.5 * plain.chi2)
+    monkeypatch.setattr(Bench, "round", lambda self, base, least=0.0: Round(base, 1, (noisiest,)))
+    monkeypatch.setattr("identify.explain.select._unended", lambda *those: None)
+    monkeypatch.setattr("identify.explain.select.exchanged", lambda *those: pytest.fail("other laws were tried"))
+    assert selected_either(bench, plain, quiet, may_wander=True) is found
+    assert len(asked) == 1
+
+
+def test_names_beside_noise_are_held_against_corrections_beside_that_noise(noisy, beside, monkeypatch):
+    """Whether the noise is there was asked before; a name that is not earned leaves it."""
+    weighed, base = beside
+    named = replace(base, effects=(*base.effects, catalogue()["feedthrough"](Place.SENSE)), chi2=base.chi2 - 100.0)
+    rounds = [Round(weighed.without(base, base.effects[0]), 0, (base,)), Round(base, 1, (named,))]
+    held: list[Hypothesis] = []
+    monkeypatch.setattr("identify.explain.warrant._challenged", lambda bench, plain, names: held.append(plain) or True)
+    monkeypatch.setattr("identify.explain.warrant.located", lambda bench, asked: Located(asked, (), 1.0))
+    monkeypatch.setattr("identify.explain.warrant._outdone", lambda *those: True)
+    told = warranted(weighed, rounds[0].base, named, rounds)
+    assert held == [told.hypothesis] == [told.beyond.base]
+    assert told.hypothesis.effects == base.effects
 
 
 def test_a_line_that_foretells_what_repeats_differ_by_is_believed_before_noise(noisy, beside, monkeypatch):
