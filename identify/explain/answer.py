@@ -157,9 +157,9 @@ class Answer:
     def parameters(self, effect: Effect) -> dict[str, tuple[Interval, str]]:
         """Return an effect's shared parameters with intervals and units, by short name."""
         found = {}
-        wider = self.inflation * rougher(self.bench, self.better, effect)
         for p in effect.parameters():
             if not p.local:
+                wider = self.inflation * rougher(self.bench, self.better, effect, p.name)
                 interval = spanning(p.name, wider, self.better.fit, self.elsewhere)
                 found[short(p.name)] = (interval, p.unit)
         return found

@@ -124,15 +124,20 @@ def _left(chain: Chain, held_out: Sequence[Observation]) -> tuple[float, float]:
     return left, weighed_left
 
 
-def rougher(bench: Bench, better: Hypothesis, effect: Effect) -> float:
-    """Return by how much the intervals of an effect's values widen where its law is but a rough mean of what it does.
+def rougher(bench: Bench, better: Hypothesis, effect: Effect, name: str) -> float:
+    """Return by how much the interval of an effect's value widens where its law is but a rough mean of what it does.
 
-    They hold all values with which chi-squared rises by no more than what that may be off by, beside chance.
+    It holds all values with which chi-squared rises by no more than what that may be off by, beside chance; but where
+    readings are weighed beside what the effect does, none that the differences of repeats exclude.
     """
     if not effect.by_chance:
         return 1.0
     explains = max(bench.without(better, effect).chi2 - better.chi2, 0.0)
-    return sqrt(1.0 + ROUGH * explains / 1.96**2)
+    wider = sqrt(1.0 + ROUGH * explains / 1.96**2)
+    sure = dict(zip((p.name for p in effect.parameters()), SURE, strict=True))[name]
+    narrow = better.fit.sd(name) / better.fit.chain.values[name]  # of its log
+    known = bench.carried is not None and bench.carried.law == effect and narrow > 0.0
+    return min(wider, max(sure / narrow, 1.0)) if known else wider
 
 
 def price(bench: Bench, hypothesis: Hypothesis) -> float:

@@ -11,6 +11,7 @@ from identify.effects import catalogue
 from identify.explain.bench import Bench
 from identify.explain.beside import selected_beside, selected_either
 from identify.explain.carried import (
+    SURE,
     alike_weighed,
     bare,
     carried,
@@ -198,11 +199,23 @@ def test_intervals_of_the_noise_hold_what_its_rough_law_may_be_off_by(noisy, bes
     (law,) = base.effects
     mean = bench.without(base, law).chi2 - base.chi2
     assert bench.carried.rough >= 0.2 * mean > 0.0
-    assert rougher(bench, base, law) == pytest.approx((1.0 + 0.2 * mean / 1.96**2) ** 0.5)
-    assert rougher(bench, base, catalogue()["plateau_tilt"](Place.F)) == 1.0
+    size, band = (p.name for p in law.parameters())
+    assert rougher(bench, base, law, size) == pytest.approx((1.0 + 0.2 * mean / 1.96**2) ** 0.5)
+    assert rougher(bench, base, catalogue()["plateau_tilt"](Place.F), "plateau_tilt.k") == 1.0
     mean = noisy[0].fitted(base.fit.chain, base.effects)
     explained = noisy[0].without(mean, law).chi2 - mean.chi2
-    assert rougher(noisy[0], mean, law) == pytest.approx((1.0 + 0.2 * explained / 1.96**2) ** 0.5)
+    assert rougher(noisy[0], mean, law, band) == pytest.approx((1.0 + 0.2 * explained / 1.96**2) ** 0.5)
+
+
+def test_no_interval_of_the_noise_holds_what_repeats_exclude(beside, monkeypatch):
+    """Where the mean explains very much, all it may be off by would hide a size of any order of magnitude."""
+    bench, base = beside
+    (law,) = base.effects
+    worse = replace(base, chi2=base.chi2 + 1e6)
+    monkeypatch.setattr(Bench, "without", lambda self, hypothesis, effect: worse)
+    for parameter, sure in zip(law.parameters(), SURE, strict=True):
+        there, sd = base.fit.chain.values[parameter.name], base.fit.sd(parameter.name)
+        assert rougher(bench, base, law, parameter.name) * sd / there == pytest.approx(max(sure, sd / there))
 
 
 def test_what_is_foretold_is_believed_before_chance(noisy, monkeypatch):
