@@ -97,7 +97,7 @@ def weighed_again(bench: Bench, final: Hypothesis) -> tuple[Bench, Hypothesis]:
 
 def left_by_chance(bench: Bench, effects: Sequence[Effect], chain: Chain, held_out: Sequence[Observation]) -> float:
     """Return what named effects add by chance to the variance left on held-out data, over that of the noise."""
-    if bench.carried is None or bench.carried.law not in effects:
+    if not _carries(bench, effects):
         made = by_chance_elsewhere(chain, effects, bare(bench.observations), bare(held_out))
         return made / sum(o.count for o in held_out)
     left, weighed_left = _left(chain, held_out)
@@ -112,10 +112,15 @@ def scatters_so(bench: Bench, effect: Effect, chain: Chain, held_out: Sequence[O
     """
     if by_chance_elsewhere(chain, (effect,), bare(bench.observations), bare(held_out)) > 0.0:
         return True
-    if bench.carried is None or bench.carried.law != effect:
+    if not _carries(bench, (effect,)):
         return False
     left, weighed_left = _left(chain, held_out)
     return weighed_left <= UNFINISHED < left
+
+
+def _carries(bench: Bench, effects: Sequence[Effect]) -> bool:
+    """Return whether readings are weighed beside what one of the effects does by chance."""
+    return bench.carried is not None and bench.carried.law in effects
 
 
 def _left(chain: Chain, held_out: Sequence[Observation]) -> tuple[float, float]:
@@ -134,10 +139,11 @@ def rougher(bench: Bench, better: Hypothesis, effect: Effect, name: str) -> floa
         return 1.0
     explains = max(bench.without(better, effect).chi2 - better.chi2, 0.0)
     wider = sqrt(1.0 + ROUGH * explains / 1.96**2)
-    sure = dict(zip((p.name for p in effect.parameters()), SURE, strict=True))[name]
-    narrow = better.fit.sd(name) / better.fit.chain.values[name]  # of its log
-    known = bench.carried is not None and bench.carried.law == effect and narrow > 0.0
-    return min(wider, max(sure / narrow, 1.0)) if known else wider
+    sd = better.fit.sd(name) / better.fit.chain.values[name]  # of its log
+    if not _carries(bench, (effect,)) or not sd:
+        return wider
+    sure = dict(zip((p.name for p in effect.parameters()), SURE, strict=True))
+    return min(wider, max(sure[name] / sd, 1.0))
 
 
 def price(bench: Bench, hypothesis: Hypothesis) -> float:

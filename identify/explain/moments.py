@@ -1,7 +1,8 @@
 """What of a mismatch that does not come back with the stimulus goes with the clock: all the time, or at single moments?
 
 What is there while F rests, too, is added behind F; what only shows while F moves happens in F, and so does what is
-gone once F has stood at a border for a while: there it remembers nothing.
+gone once F has stood at a border for a while: there it remembers nothing. So does what is another after every move of
+F, and stays as it is while F rests.
 """
 
 from collections.abc import Iterator
@@ -16,7 +17,7 @@ from identify.explain.corrections import free_name, slowest_s
 from identify.explain.wander import MOSTLY, unrepeated, whitened
 from identify.observe import Observation
 from identify.stage import Place
-from identify.trace import Array
+from identify.trace import Array, Mask
 from identify.unnamed.correction import Correction
 from identify.unnamed.timed import ClockMap, Moments
 
@@ -56,53 +57,49 @@ def wandering(evidence: Evidence) -> Iterator[tuple[Correction, Array, dict[str,
 
 
 def where(evidence: Evidence) -> Place:
-    """Return F for what is there only while F moves, or only while it remembers; sense for all else."""
+    """Return F for what is there only while F moves, or only while it remembers, or changes only as it moves.
+
+    Sense for all else.
+    """
     chain, remembers = evidence.chain, evidence.chain.stage_of(Play) is not None
-    settled = round(LAGS * slowest_s(evidence) / evidence.sample_s)
-    parts: list[list[Array]] = [[], [], []]
+    settled, window = (max(round(s / evidence.sample_s), 1) for s in (LAGS * slowest_s(evidence), STEP_S))
+    parts, steps = list[list[Array]]([[], [], []]), list[tuple[Array, Array]]()
     for o in evidence.observations:
-        beyond, rests = np.square(whitened(o, o.residual(chain))) - 1.0, resting(chain, o)
+        white, rests = whitened(o, o.residual(chain)), resting(chain, o)
         forgets = forgetting(chain, o, settled) if remembers else np.zeros_like(rests)
         for part, there in zip(parts, (rests, ~rests, forgets), strict=True):
-            part.append(beyond[there & o.use])
+            part.append(np.square(white[there & o.use]) - 1.0)
+        steps.append(_steps(white, rests & o.use, window))
     rest, move, forgotten = (np.concatenate(part) for part in parts)
     if not rest.size or not move.size:
         return Place.SENSE
     if forgotten.size > LEAST and float(np.mean(forgotten)) < NOTHING * float(np.mean(rest)):
         return Place.F
     calm = float(np.mean(rest)) < CALM * float(np.mean(move))
-    return Place.F if calm or stays_at_rest(evidence) else Place.SENSE
+    apart, change = (np.concatenate(each) for each in zip(*steps, strict=True))
+    return Place.F if calm or (remembers and _stays(apart, change, 2.0 / window)) else Place.SENSE
 
 
-def stays_at_rest(evidence: Evidence) -> bool:
+def _steps(white: Array, rests: Mask, window: int) -> tuple[Array, Array]:
+    """Return how many windows each that F rests in is before the next such one, and the change of the mean between."""
+    size = white.size // window * window
+    still = rests[:size].reshape(-1, window).all(axis=1)
+    level = white[:size].reshape(-1, window).mean(axis=1)[still]
+    return np.diff(np.flatnonzero(still)).astype(np.float64), np.diff(level)
+
+
+def _stays(apart: Array, change: Array, noise: float) -> bool:
     """Return whether what is left is another after every move of F, and stays as it is while F rests.
 
-    Windows in which F rests are compared with the next one, by how fast what is left changes from one to the other, the
-    noise of both means taken off: side by side, or with a move between them. What drifts or leaps by itself does so at
-    rest, too.
+    From ``_steps`` and the variance that noise gives a change. Windows side by side are compared with those that have a
+    move between them, by how fast what is left changes: what drifts or leaps by itself does so at rest, too.
     """
-    size = max(round(STEP_S / evidence.sample_s), 1)
-    apart = [_steps(o, evidence, size) for o in evidence.observations]
-    gap, squares = (np.concatenate([part[i] for part in apart]) for i in range(2))
-    resting_on, moved = squares[gap == 1.0], squares[gap > 1.0]
-    if resting_on.size < STEPS or moved.size < MOVES:
+    by_noise, moved = noise / np.square(apart), apart > 1.0
+    speeds = np.square(change / apart) - by_noise
+    if np.count_nonzero(~moved) < STEPS or np.count_nonzero(moved) < MOVES:
         return False
-    noise = 2.0 / size / np.square(gap[gap > 1.0])
-    seen = float(np.sum(moved)) > SURE * float(np.sqrt(2.0 * np.sum(np.square(noise))))
-    return seen and float(np.mean(resting_on)) < SELDOM * float(np.mean(moved))
-
-
-def _steps(observation: Observation, evidence: Evidence, size: int) -> tuple[Array, Array]:
-    """Return how many windows a window at rest and the next such one are apart, and the square of the speed of change.
-
-    Speeds in noises a window, the square less that of noise.
-    """
-    chain, many = evidence.chain, observation.trace.size // size
-    shape, end = (many, size), many * size
-    still = (resting(chain, observation) & observation.use)[:end].reshape(shape).all(axis=1)
-    level = whitened(observation, observation.residual(chain))[:end].reshape(shape).mean(axis=1)
-    gap = np.diff(np.flatnonzero(still)).astype(np.float64)
-    return gap, (np.square(np.diff(level[still])) - 2.0 / size) / np.square(gap)
+    seen = float(np.sum(speeds[moved])) > SURE * float(np.sqrt(2.0 * np.sum(np.square(by_noise[moved]))))
+    return seen and float(np.mean(speeds[~moved])) < SELDOM * float(np.mean(speeds[moved]))
 
 
 def _windows(observation: Observation, evidence: Evidence, window_s: float) -> tuple[Array, Array, Array]:

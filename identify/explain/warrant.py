@@ -63,7 +63,7 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
     beyond = located(bench, hypothesis)
     while hypothesis.effects and beyond.significant and earned:
         base, winner = earned.pop()
-        rest = earned[-1][1] if earned else start if base.effects else plain
+        rest = start if base.effects == start.effects else earned[-1][1] if earned else plain
         under = alone if alone is not None and rest is start else located(bench, rest)
         effect = winner.effects[-1]
         needless = bench.plain.stage_of(Play) is not None and _needless(beyond, under, effect.place)

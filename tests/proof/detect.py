@@ -91,8 +91,9 @@ class Sensed:
         """
         power = [np.zeros(u.size // 2 + 1) for u, _, _ in self.runs]
         courses = [self.answers(self.case.rig, self.beside, seed) for seed in range(SPECTRA if self.beside else 0)]
-        for course in courses:  # noise in front of the gap has a mean, which is no noise
-            added = self._runs(course - np.mean(courses, axis=0))
+        mean = np.mean(courses, axis=0) if courses else 0.0  # of noise in front of the gap, it is no noise
+        for course in courses:
+            added = self._runs(course - mean)
             power = [p + _power(a) / (SPECTRA - 1) for p, a in zip(power, added, strict=True)]
         lines = (np.concatenate((p[1:2], p[1:])) / self.case.rig.noise_v**2 for p in power)
         return tuple(np.sqrt(1.0 + line) for line in lines)
@@ -133,7 +134,7 @@ class Sensed:
         """
         z2 = 0.0
         for added, louder in zip(self._runs(self._change(concealed, self.case.seed)), self.louder, strict=True):
-            power = np.square(1.0 / louder[1:]) * _power(added)[1:] / self.case.rig.noise_v**2
+            power = _power(added)[1:] / np.square(louder[1:] * self.case.rig.noise_v)
             ratio = np.convolve(power, np.full(SMOOTH, 1.0 / SMOOTH), mode="same")
             z2 += 2.0 * float(np.sum(ratio - np.log1p(ratio)))
         return float(np.sqrt(z2))

@@ -257,6 +257,29 @@ def test_names_beside_noise_are_held_against_corrections_beside_that_noise(noisy
     assert told.hypothesis.effects == base.effects
 
 
+def test_a_name_that_is_not_earned_leaves_the_noise_beside_which_it_was_found(beside, monkeypatch):
+    """Where both that noise and the name won their rounds, and where the noise is carried without having won one."""
+    weighed, base = beside
+    bare_of_it = weighed.without(base, base.effects[0])
+    named = replace(base, effects=(*base.effects, catalogue()["feedthrough"](Place.SENSE)), chi2=base.chi2 - 100.0)
+    asked: list[Hypothesis] = []
+
+    def told(bench: Bench, hypothesis: Hypothesis) -> Located:
+        asked.append(hypothesis)
+        return Located(hypothesis, ((ClockMap(Place.F, (0.0, 1.0)), hypothesis),), 0.0)
+
+    monkeypatch.setattr("identify.explain.warrant.located", told)
+    monkeypatch.setattr("identify.explain.warrant._challenged", lambda *those: True)
+    monkeypatch.setattr("identify.explain.warrant._outdone", lambda *those: False)
+    monkeypatch.setattr("identify.explain.warrant._needless", lambda *those: False)
+    monkeypatch.setattr("identify.explain.warrant._doubtful", lambda beyond, effect, told: not effect.by_chance)
+    for first in (Round(bare_of_it, 0, (base,)), Round(bare_of_it, 0, ())):
+        asked.clear()
+        found = warranted(weighed, bare_of_it, named, [first, Round(base, 1, (named,))])
+        assert found.hypothesis.effects == found.beyond.base.effects == base.effects
+        assert sum(h.effects == base.effects for h in asked) == 1
+
+
 def test_a_line_that_foretells_what_repeats_differ_by_is_believed_before_noise(noisy, beside, monkeypatch):
     bench, plain, _ = noisy
     line = catalogue()["hum"](Place.G1)

@@ -19,7 +19,7 @@ from tests.proof.rigs import RC, drawn_rig, toleranced
 from tests.proof.seal import Sealed, sealed
 from tests.proof.standard import SOURCE_V, protocol
 from tests.proof.stimuli import sine, staircase
-from tests.proof.trial import ROUND, STRATA, Key, Trial, _hidden, drawn, plan
+from tests.proof.trial import ROUND, STRATA, Key, Trial, _hidden, _pieces, drawn, plan
 
 KNOWN = {**blemishes(), **catalogue()}
 IDS = sorted({kind.id for kind in LIBRARY})
@@ -132,6 +132,22 @@ def test_what_is_concealed_beside_noise_in_front_of_the_gap_must_show_in_what_th
     assert shaken.z_of_spectrum(red) < 0.5 * SMALL.z_of_spectrum(red)
     still = replace(SMALL, beside=(Concealed("offset_drift", {"rate": 10.0}),))
     assert still.z(slow) == pytest.approx(SMALL.z(slow))
+
+
+def test_every_piece_is_sized_in_all_noise_that_is_drawn_before_it(monkeypatch):
+    kinds = [next(k for k in LIBRARY if k.law == law) for law in ("feedthrough", "process_noise", "coloured_noise")]
+    beside = {}
+
+    def sized(sensed, kind, rng, bounds):
+        beside[kind.law] = [concealed.name for concealed in sensed.beside]
+        return Concealed(kind.law, {}), 50.0
+
+    monkeypatch.setattr("tests.proof.trial._piece", sized)
+    monkeypatch.setattr("tests.proof.trial._hidden", lambda *those: False)
+    _pieces(SMALL.case, kinds, np.random.default_rng(1))
+    assert beside == {
+        "coloured_noise": [], "process_noise": ["coloured_noise"], "feedthrough": ["coloured_noise", "process_noise"]
+    }  # fmt: skip
 
 
 def test_noise_of_the_reading_that_the_noise_in_front_of_the_gap_hides_is_drawn_again():
