@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from operator import itemgetter
 from typing import TYPE_CHECKING
 
+from identify.evidence import Evidence
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.promise import Promise
 from identify.explain.round import COMPARED, FAR
@@ -87,6 +88,9 @@ def _extended(bench: "Bench", base: Hypothesis, promise: Promise) -> Hypothesis:
     if left > base.chi2 and base.chi2 - found.chi2 < KEPT * promise.gain:
         again = bench.fitted(scanned(other, bench.observations, angles), effects, SPRINT)
         found = min((found, again), key=lambda h: h.chi2)
+    begun = effect.completed(found.fit.chain, Evidence(base.fit, bench.observations))
+    if begun is not found.fit.chain:  # a value that came to rest where it does nothing has no slope that leads away
+        found = min((found, bench.fitted(begun, effects, SPRINT)), key=lambda h: h.chi2)
     for _ in range(TURNS):
         turned = scanned(effect.upright(found.fit.chain), bench.observations, angles)
         if turned is found.fit.chain:

@@ -11,7 +11,9 @@ from identify.noise import good, grid_step_v
 from identify.observe import Observation, refined
 from identify.readings.blemish import Blemish
 from identify.readings.missing_samples import Loss, loss_in
-from identify.readings.spikes import Samples, outliers, spikes
+from identify.readings.outliers import Samples, outliers
+from identify.readings.spikes import spikes
+from identify.readings.stray import stray
 from identify.readings.uneven_noise import Uneven, uneven_noise
 from identify.trace import Array, Trace
 from identify.unnamed.correction import UNNAMED
@@ -64,11 +66,11 @@ def mended(
         found += [loss.blemish() for loss in losses if loss]
     left = [(t, t.y[:] - answer) for t, answer in zip(traces, answers, strict=True)]
     noise = uneven_noise(left[: len(training)], left[len(training) :]) if UNNAMED not in leave_out else None
-    if "spikes" not in leave_out:
-        lsb_v = grid_step_v([*training, *proof])
-        seen = [outliers(t, noise.evened(t, rest) if noise else rest, lsb_v) for t, rest in left]
-        told, threshold = spikes(seen[: len(training)], seen[len(training) :])
-        if told:
+    lsb_v = grid_step_v([*training, *proof])
+    seen = [outliers(t, noise.evened(t, rest) if noise else rest, lsb_v) for t, rest in left]
+    for name, thrown_off in (("spikes", spikes), (UNNAMED, stray)):
+        told, threshold = thrown_off(seen[: len(training)], seen[len(training) :])
+        if told and name not in leave_out:
             found += told
             traces = [without(t, o.beyond(threshold)) for t, o in zip(traces, seen, strict=True)]
     runs = tuple(traces[: len(training)]), tuple(traces[len(training) :])

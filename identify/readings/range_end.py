@@ -18,7 +18,7 @@ from identify.interval import Interval
 from identify.noise import good, grid_step_v
 from identify.readings.blemish import Blemish
 from identify.readings.mend import without
-from identify.readings.spikes import Samples
+from identify.readings.outliers import Samples
 from identify.trace import Array, Mask, Trace
 
 LEAST = 25  # readings at the end, at least

@@ -18,7 +18,7 @@ from identify.colour import Colour, Sizes
 from identify.interval import Interval
 from identify.noise import good, grid_step_v
 from identify.readings.blemish import Blemish
-from identify.readings.spikes import TO_SD, Samples
+from identify.readings.outliers import TO_SD, Samples
 from identify.stage import Parameter
 from identify.trace import Array, Mask, Trace
 from identify.unnamed.correction import UNNAMED

@@ -29,8 +29,9 @@ from identify.readings.coloured_noise import (
 from identify.readings.grid import COARSE, adc_steps
 from identify.readings.mend import answer, mended
 from identify.readings.missing_samples import MissingSamples, loss_in, with_gap
+from identify.readings.outliers import outliers
 from identify.readings.spectra import lines_of, power_of, spectra
-from identify.readings.spikes import Spikes, outliers, spikes
+from identify.readings.spikes import Spikes, spikes
 from identify.stage import Place
 from identify.trace import Step, Trace
 from tests.contract.test_effects import STAGES, UNITS
