@@ -22,7 +22,7 @@ def candidates(evidence: Evidence, kinds: Sequence[type[Effect]]) -> list[Candid
     """Return every applicable effect at its best start, those that promise most first."""
     found: list[Candidate] = []
     for kind in kinds:
-        for effect in kind.variants():
+        for effect in (one.told_apart(evidence.chain) for one in kind.variants()):
             if effect.applicable(evidence.chain):
                 seen = evidence.seen_by(effect)
                 starts = evidence_starts(seen if effect.quick else seen.coarse, effect)

@@ -8,9 +8,8 @@ orders in place of its values, and F may be just ``backlash``: ``rig/orders.py``
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import yaml
 
@@ -21,11 +20,9 @@ from rig.limits import Limits
 from rig.linearblock import check_block, check_stable, may_start_unstable
 from rig.orders import UNIT_BACKLASH, OrdersForm, is_open, orders_dict, owns, unvalued
 from rig.rigforms import BlockForm, BordersForm, CurvesForm, FForm, NonlinearityForm, OneSlopeForm, RigForm
-from rig.units import exact, quantity
+from rig.rigphysics import owned, physics_dict, physics_of
+from rig.units import exact
 from rig.yamlfile import Document, Keys, parse_json, parse_yaml, read_text
-
-if TYPE_CHECKING:
-    from identify.effects.effect import Effect
 
 Values = Mapping[str, Any]
 
@@ -33,7 +30,6 @@ BLOCK_KEYS = ("num", "den", "dead_time")
 BORDER_KEYS = ("S_L", "D_L", "S_U", "D_U")
 CURVE_KEYS = ("L", "U")
 LINEAR_KEYS = ("gain", "offset")
-PHYSICS_KEYS = ("stage", "form")
 
 
 @dataclass(frozen=True)
@@ -77,7 +73,7 @@ def parse_rig(text: str, where: str) -> RigFile:
     document = parse_json(text, where) if text.lstrip().startswith("{") else parse_yaml(text, where)
     keys = _root(document)
     form = RigForm.read(document, *keys)
-    physics = _physics(document, (*keys, "physics"), form.physics)
+    physics = physics_of(document, (*keys, "physics"), form.physics)
     g1, one = _block(document, (*keys, "G1"), form.G1, form.fixed)
     g2, two = _block(document, (*keys, "G2"), form.G2, form.fixed)
     f, between = _f(document, (*keys, "F"), form.F)
@@ -86,7 +82,7 @@ def parse_rig(text: str, where: str) -> RigFile:
         title=form.rig, g1=g1, f=f, g2=g2, noise_v=form.noise, physics=physics, unknown=unknown,
         fixed=_fixed(document, (*keys, "fixed"), form, physics, unknown),
     )
-    concealed = _physics(document, (*keys, "concealed"), form.concealed)
+    concealed = physics_of(document, (*keys, "concealed"), form.concealed)
     return RigFile(model, concealed, text, where, form.limits.limits() if form.limits else None,
                    form.amplifier.amplifier() if form.amplifier else None)
 
@@ -102,7 +98,7 @@ def model_to_dict(model: Model) -> dict[str, Any]:
     if model.fixed:
         built["fixed"] = list(model.fixed)
     if model.physics:
-        built["physics"] = {piece.id: _piece_dict(piece) for piece in model.physics}
+        built["physics"] = physics_dict(model.physics)
     return built
 
 
@@ -193,82 +189,10 @@ def _backlash(document: Document, keys: Keys, form: BordersForm | OneSlopeForm) 
     return Backlash(form.S_L, form.D_L, form.S_U, form.D_U)
 
 
-def _physics(document: Document, keys: Keys, pieces: Mapping[str, Values]) -> tuple[Physics, ...]:
-    return tuple(_piece(document, (*keys, name), name, values) for name, values in pieces.items())
-
-
-def _piece(document: Document, keys: Keys, name: str, values: Values) -> Physics:
-    """Return one piece of physics; its values are read in the units its effect declares, those not given are absent."""
-    stage, form = _stage_and_form(document, keys, name, values)
-    given = {key: value for key, value in values.items() if key not in PHYSICS_KEYS}
-    units = parameter_units(Physics(name, given, stage, form))
-    for key in given:
-        if key.partition("[")[0] not in units:
-            raise FileError(where=document.at(*keys, key), **unknown("parameter", key, [*units, *PHYSICS_KEYS]))
-    if not given:
-        raise document.error("physics without values", *keys, allowed=", ".join(units))
-    read = {key: _value(document, (*keys, key), value, units[key.partition("[")[0]]) for key, value in given.items()}
-    return _whole(document, keys, Physics(name, read, stage, form))
-
-
-def _stage_and_form(document: Document, keys: Keys, name: str, values: Values) -> tuple[str, str]:
-    """Return where a piece of physics is and in which form, empty where the file does not say."""
-    from identify.effects import choices
-    from identify.unnamed.stored import is_unnamed
-
-    if name not in catalogue() and not is_unnamed(name):
-        raise FileError(where=document.at(*keys), **unknown("physics", name, [*catalogue(), "unnamed"]))
-    form = _choice(document, keys, values, "form", list(choices(name).forms))
-    return _choice(document, keys, values, "stage", list(choices(name, form).stages)), form
-
-
-def _whole(document: Document, keys: Keys, piece: Physics) -> Physics:
-    """Return a piece of physics; raise FileError for an unnamed one that its knots do not make whole."""
-    from identify.unnamed.stored import correction_of, is_unnamed
-
-    try:
-        if is_unnamed(piece.id):
-            correction_of(piece)
-    except ValueError as error:
-        raise document.error(str(error), *keys) from error
-    return piece
-
-
-def _choice(document: Document, keys: Keys, values: Values, key: str, valid: list[str]) -> str:
-    """Return the word at ``key``, empty when there is none; raise FileError for one that is not ``valid``."""
-    word = values.get(key)
-    if word is None:
-        return ""
-    if word not in valid:
-        raise FileError(where=document.at(*keys, key), **unknown(key, str(word), valid))
-    return str(word)
-
-
-def _value(document: Document, keys: Keys, value: object, unit: str) -> float:
-    try:
-        return quantity(value, unit)
-    except MisfitError as error:
-        raise error.placed(document.at(*keys)) from error
-
-
-def catalogue() -> "dict[str, type[Effect]]":
-    """Return the effects that rig files may name; imported on first use, since most rig files name none."""
-    from identify import effects
-
-    return effects.catalogue()
-
-
-def parameter_units(piece: Physics) -> dict[str, str]:
-    """Return the SI unit of every value ``piece`` may have at its stage in its form, by its short name."""
-    from identify.effects import units_of
-
-    return units_of(piece)
-
-
 def _fixed(
     document: Document, keys: Keys, form: RigForm, physics: tuple[Physics, ...], open_names: Sequence[str]
 ) -> tuple[str, ...]:
-    of_physics = {piece.id: tuple(piece.values) for piece in physics}
+    of_physics = {owner: tuple(piece.values) for owner, piece in owned(physics).items()}
     owners = {"G1": BLOCK_KEYS, "F": _f_keys(form.F), "G2": BLOCK_KEYS, **of_physics}
     valid = [*owners, *(f"{owner}.{name}" for owner, names in owners.items() for name in names), "noise"]
     for index, name in enumerate(form.fixed):
@@ -303,11 +227,3 @@ def _f_dict(f: NonlinearF | LinearF) -> dict[str, Any]:
     if f.tied:
         return {"backlash": {"S": f.s_l, "D_L": exact(f.d_l_v, "V"), "D_U": exact(f.d_u_v, "V")}}
     return {"backlash": {"S_L": f.s_l, "D_L": exact(f.d_l_v, "V"), "S_U": f.s_u, "D_U": exact(f.d_u_v, "V")}}
-
-
-def _piece_dict(piece: Physics) -> dict[str, str]:
-    """Return the values of ``piece`` with their units; infinite ones are absent and left out."""
-    units = parameter_units(piece)
-    where = {"stage": piece.stage, "form": piece.form}
-    values = {key: exact(value, units[key.partition("[")[0]]) for key, value in piece.values.items() if isfinite(value)}
-    return {key: word for key, word in where.items() if word} | values

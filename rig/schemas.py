@@ -17,8 +17,9 @@ from rig.forms import Form
 from rig.outputs import json_text
 from rig.protocol import ProtocolForm, StepForm
 from rig.references import packaged
-from rig.rigfile import BLOCK_KEYS, BORDER_KEYS, CURVE_KEYS, LINEAR_KEYS, PHYSICS_KEYS, catalogue, parameter_units
+from rig.rigfile import BLOCK_KEYS, BORDER_KEYS, CURVE_KEYS, LINEAR_KEYS
 from rig.rigforms import RigForm
+from rig.rigphysics import APART, PHYSICS_KEYS, catalogue, parameter_units
 from rig.steps import STIMULI
 from rig.stimulus import Stimulus
 from rig.written import as_written
@@ -82,13 +83,22 @@ def _rig() -> Schema:
     top = forms.pop("RigForm")
     forms["Physics"] = {
         "type": "object", "additionalProperties": False, "properties": {name: _piece(name) for name in catalogue()},
-        "patternProperties": {UNNAMED: {"type": "object"}},
+        "patternProperties": {UNNAMED: {"type": "object"}, **_elsewhere()},
     }  # fmt: skip
     for key, told in (("physics", "Physics that is known, as part of the model."),
                       ("concealed", "Physics that only simulated devices play.")):  # fmt: skip
         top["properties"][key] = {"allOf": [{"$ref": "#/$defs/Physics"}], "description": told}
     top["properties"]["fixed"]["items"] = {"type": "string", "pattern": _fixed()}
     return _whole("rig", "A rig file: the plain model G1 -> F -> G2 of a circuit.", top, forms)
+
+
+def _elsewhere() -> Schema:
+    """Return the physics that may be at a second place, by the expression of what it is then called."""
+    several = {name: [place.label for place in kind.places] for name, kind in catalogue().items()}
+    return {
+        f"^{name}{APART}({'|'.join(stages)})$": {"$ref": f"#/$defs/Physics/properties/{name}"}
+        for name, stages in several.items() if len(stages) > 1
+    }  # fmt: skip
 
 
 def _piece(name: str) -> Schema:
@@ -111,7 +121,9 @@ def _piece(name: str) -> Schema:
 def _fixed() -> str:
     """Return the expression of what may be held at its value."""
     f = sorted({*BORDER_KEYS, *CURVE_KEYS, *LINEAR_KEYS})
-    return rf"^(noise|(G1|G2)(\.({'|'.join(BLOCK_KEYS)}))?|F(\.({'|'.join(f)}))?|[a-z0-9_]+(\..+)?)$"
+    stages = sorted({place.label for kind in catalogue().values() for place in kind.places})
+    physics = rf"[a-z0-9_]+({APART}({'|'.join(stages)}))?(\..+)?"
+    return rf"^(noise|(G1|G2)(\.({'|'.join(BLOCK_KEYS)}))?|F(\.({'|'.join(f)}))?|{physics})$"
 
 
 def _whole(kind: str, told: str, top: Schema, forms: Schema) -> Schema:

@@ -13,6 +13,7 @@ from scipy.stats import chi2
 
 from identify.compared.change import FALSE_ALARMS
 from identify.compared.together import Rise, Side, rise
+from identify.effects import owner_in, whereabouts
 from identify.explain.explanation import Explanation, Finding
 from identify.identification import Identification
 from identify.interval import number
@@ -55,8 +56,8 @@ class Explained:
 
     def own(self, model: Model) -> Pieces:
         """Return the physics found beyond that of the plain model."""
-        known = {piece.id for piece in model.physics}
-        return tuple(piece for piece in self.told.model.physics if piece.id not in known)
+        known = {whereabouts(piece) for piece in model.physics}
+        return tuple(piece for piece in self.told.model.physics if whereabouts(piece) not in known)
 
     def cost(self, pieces: Pieces) -> float:
         """Return chi-squared with a set of effects, prior included."""
@@ -75,7 +76,7 @@ class Explained:
 
 def without(pieces: Pieces, piece: Physics) -> Pieces:
     """Return a set of effects less one."""
-    return tuple(other for other in pieces if other.id != piece.id)
+    return tuple(other for other in pieces if whereabouts(other) != whereabouts(piece))
 
 
 def with_pieces(model: Model, pieces: Pieces) -> Model:
@@ -85,7 +86,7 @@ def with_pieces(model: Model, pieces: Pieces) -> Model:
 
 def sets_tried(before: Pieces, after: Pieces) -> list[Pieces]:
     """Return the sets of effects that may do for both sides, those with fewest effects first."""
-    missing = tuple(piece for piece in before if piece.id not in {other.id for other in after})
+    missing = tuple(piece for piece in before if whereabouts(piece) not in {whereabouts(other) for other in after})
     found = {ids_of(pieces): pieces for pieces in (before, after, (*after, *missing))}
     return sorted(found.values(), key=len)
 
@@ -144,12 +145,12 @@ def _state(piece: Physics, needed: tuple[bool, bool], differs: bool) -> tuple[St
 
 def _coordinates(found: Identification, piece: Physics) -> list[str]:
     """Return what is searched of an effect."""
-    return [c.name for c in found.fit.coordinates if c.name.startswith(f"{piece.id}.")]
+    return [c.name for c in found.fit.coordinates if c.name.startswith(f"{owner_in(found.fit.chain, piece)}.")]
 
 
 def _others(piece: Physics, findings: Sequence[Finding]) -> tuple[str, ...]:
     """Return what else an effect could be, as either side has it."""
-    named = (f for f in findings if f.id == piece.id)
+    named = (f for f in findings if (f.id, f.stage) == (piece.id, piece.stage))
     return tuple(dict.fromkeys(f"{o.id} in {o.stage}" for f in named for o in f.could_also_be))
 
 

@@ -96,13 +96,34 @@ def with_physics(chain: Chain, physics: Iterable[Physics]) -> Chain:
         if is_unnamed(piece.id):
             chain = with_unnamed(chain, piece)
             continue
-        effect = effect_of(piece)
+        effect = effect_of(piece).told_apart(chain)
+        if any(effect.place is e.place and effect.id == e.id for e in chain.added if isinstance(e, Effect)):
+            raise ValueError(f"{piece.id} at {effect.place.label} twice: put all of it into one")
         known = [short(p.name) for p in effect.parameters()]
         for name in piece.values:
             if name.partition("[")[0] not in known:
                 raise ValueError(f"{piece.id} has no value {name!r}; its values: {', '.join(known)}")
         chain = effect.put_in(chain, piece.values)
     return chain
+
+
+def whereabouts(piece: Physics) -> tuple[str, str]:
+    """Return what a piece of physics is and at which stage, where it does not say: at the first it may be at."""
+    return piece.id, piece.stage or choices(piece.id, piece.form).stages[0]
+
+
+def owner_in(chain: Chain, piece: Physics) -> str:
+    """Return after what the values of a piece of physics are named in a chain that has it."""
+    effects = (e for e in chain.added if isinstance(e, Effect))
+    return next((e.name for e in effects if (e.id, e.place.label) == whereabouts(piece)), piece.id)
+
+
+def owners(physics: Iterable[Physics]) -> tuple[str, ...]:
+    """Return after what the values of every piece are named: its id, or ``id@stage`` where that is taken."""
+    found: list[str] = []
+    for piece in physics:
+        found.append("@".join(whereabouts(piece)) if piece.id in found else piece.id)
+    return tuple(found)
 
 
 def chain_of(model: Model, intersample: Intersample = "held") -> Chain:
@@ -122,7 +143,7 @@ def _physics(effect: Stage, chain: Chain) -> Physics | None:
         return None
     own = {p.name for p in effect.parameters()}
     values = {
-        name.removeprefix(f"{effect.id}."): value
+        name.removeprefix(f"{effect.name}."): value
         for name, value in chain.values.items()
         if name.partition("[")[0] in own
     }

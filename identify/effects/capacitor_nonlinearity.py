@@ -1,6 +1,7 @@
 """A capacitor of a filter that is not the same at every voltage."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
@@ -67,11 +68,11 @@ class CapacitorNonlinearity(Effect):
 
     def parameters(self) -> tuple[Parameter, ...]:
         """Return the parameters of the form."""
-        return LAWS[self.form]
+        return self.own(LAWS[self.form])
 
     def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
         """Return the running filter, without charge."""
-        given = dict(zip(self.parameters(), values, strict=True))
+        given = dict(zip(LAWS[self.form], values, strict=True))
         k1, k2, tau = given.get(K1, 0.0), given.get(K2, 0.0), given[TAU] / grid.step_s
         state = (0.0, 0.0)
 
@@ -87,7 +88,7 @@ class CapacitorNonlinearity(Effect):
 
     def plausible(self, chain: Chain, observations: Sequence[Observation]) -> bool:
         """Return whether no level makes more of the capacitor than any part does: ceramics lose, junctions gain."""
-        k1, k2 = (chain.values.get(k.name, 0.0) for k in (K1, K2))
+        k1, k2 = (chain.values.get(self.called(k), 0.0) for k in (K1, K2))
         levels = [signals(chain, o.trace)[chain.index(self.place) - 1] for o in observations]
         s = np.array([end for level in levels for end in (np.min(level), np.max(level))])
         return bool(np.all(1.0 - k1 * s - k2 * np.square(s) <= GROWN))
@@ -96,17 +97,17 @@ class CapacitorNonlinearity(Effect):
         """Return the bent scale that is left of it where it does not discharge: of F in G1, of the reading in G2."""
         at_f, form = self.place is Place.G1, BENT[self.form]
         law = CurvedBorder(Place.F, form) if at_f else AdcNonlinearity(Place.SENSE, form)
-        if chain.values[TAU.name] < ENDLESS_S or not law.applicable(chain):
+        if chain.values[self.called(TAU)] < ENDLESS_S or not law.applicable(chain):
             return None
-        k1, k2 = (chain.values.get(k.name, 0.0) for k in (K1, K2))
+        k1, k2 = (chain.values.get(self.called(k), 0.0) for k in (K1, K2))
         slope = mean_slope(chain) if at_f else 1.0
         bent = {"k2": 0.5 * k1 * slope, "k3": k2 / 3.0 * slope}
         return law, {p.name: bent[short(p.name)] for p in law.parameters()}
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the time constant that explains most with the law that suits it, taken as proportional."""
-        names = [short(p.name) for p in self.parameters() if p is not TAU]
-        fullest = CapacitorNonlinearity(self.place, FULLEST)  # whose changes are those of every form
+        names = [short(p.name) for p in LAWS[self.form] if p is not TAU]
+        fullest = replace(self, form=FULLEST)  # whose changes are those of every form
         taus = [{"tau": float(count) * evidence.sample_s} for count in TAUS]
         found = [(tau, *evidence.proportions_beside(fullest, tau, SMALL, names)) for tau in taus]
         likely = sorted((one for one in found if one[1]), key=lambda one: -one[2])[:SIMULATED]

@@ -6,8 +6,8 @@ catalogue, the README table and the tests follow from that file alone.
 """
 
 from abc import abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
@@ -42,10 +42,14 @@ class Confusion:
 
 @dataclass(frozen=True)
 class Effect(Stage):
-    """One piece of physics at one place in one form; the class carries what is true of it everywhere."""
+    """One piece of physics at one place in one form; the class carries what is true of it everywhere.
+
+    ``placed`` says that its place is part of its name: the chain has the same law at another place, too.
+    """
 
     place: Place
     form: str = ""
+    placed: bool = False
 
     id: ClassVar[str]
     title: ClassVar[str]
@@ -66,8 +70,8 @@ class Effect(Stage):
 
     @property
     def name(self) -> str:  # type: ignore[override]  # the id owns the parameters
-        """Return the owner of the parameters: the id."""
-        return self.id
+        """Return the owner of the parameters: the id, or ``id@stage`` of a second one."""
+        return f"{self.id}@{self.place.label}" if self.placed else self.id
 
     @property
     def shows_at(self) -> Place:
@@ -80,8 +84,16 @@ class Effect(Stage):
         return self.axis
 
     def parameters(self) -> tuple[Parameter, ...]:
-        """Return the declared parameters; forms with fewer override this."""
-        return self.declared
+        """Return the declared parameters as its own; forms with fewer override this."""
+        return self.own(self.declared)
+
+    def own(self, parameters: Iterable[Parameter]) -> tuple[Parameter, ...]:
+        """Return parameters under the name of their owner."""
+        return tuple(replace(p, name=self.called(p)) if self.placed else p for p in parameters)
+
+    def called(self, parameter: Parameter) -> str:
+        """Return the full name that a declared parameter has in a chain."""
+        return f"{self.name}.{short(parameter.name)}"
 
     def freedom(self, runs: int) -> int:
         """Return how many numbers noise alone could use in as many runs: of most laws as many as they have."""
@@ -96,20 +108,24 @@ class Effect(Stage):
 
     def fuller(self) -> list[Self]:
         """Return the forms at the same place that have all parameters of this one and more."""
-        return [form for form in self.variants() if form._contains(self)]
+        return [form for form in self._forms() if form._contains(self)]
 
     def simpler(self) -> list[Self]:
         """Return the forms at the same place that have some of the parameters of this one and no others."""
-        return [form for form in self.variants() if self._contains(form)]
+        return [form for form in self._forms() if self._contains(form)]
+
+    def _forms(self) -> list[Self]:
+        """Return all forms at this place."""
+        return [replace(one, placed=self.placed) for one in self.variants() if one.place == self.place]
 
     def _contains(self, other: Self) -> bool:
         own, others = set(self.parameters()), set(other.parameters())
-        return self.place == other.place and others < own and _words(other.form) <= _words(self.form)
+        return others < own and _words(other.form) <= _words(self.form)
 
     def named(self, values: Mapping[str, float]) -> dict[str, float]:
         """Return ``values`` by full name, absent ones filled in from the value that means absent."""
         shared = {p.name: values.get(short(p.name), self.absent[short(p.name)]) for p in self.parameters()}
-        return shared | {f"{self.id}.{key}": value for key, value in values.items() if "[" in key}
+        return shared | {f"{self.name}.{key}": value for key, value in values.items() if "[" in key}
 
     @property
     def equals(self) -> tuple[Confusion, ...]:
@@ -117,8 +133,18 @@ class Effect(Stage):
         return tuple(c for c in self.confused_with if c.exact and c.here in (None, self.place))
 
     def applicable(self, chain: Chain) -> bool:
-        """Return whether the effect can be put into ``chain``: not twice, and not where it has no meaning."""
-        return all(effect.name != self.id for effect in chain.added)
+        """Return whether the effect can be put into ``chain``: not twice at a place, nor where it has no meaning."""
+        return self.fits(effect for effect in chain.added if isinstance(effect, Effect))
+
+    def fits(self, others: "Iterable[Effect]") -> bool:
+        """Return whether a chain can have this effect beside others: each once at a place, under a name of its own."""
+        return all(e.name != self.name and (e.id, e.place) != (self.id, self.place) for e in others)
+
+    def told_apart(self, chain: Chain) -> Self:
+        """Return the effect under the name it has in ``chain``: with its place where that has the same law elsewhere.
+        """
+        taken = any(e.name == self.name and e.place != self.place for e in chain.added if isinstance(e, Effect))
+        return replace(self, placed=True) if taken else self
 
     def plausible(self, chain: Chain, observations: "Sequence[Observation]") -> bool:
         """Return whether a part could be as the values in a chain say, where the recordings go."""

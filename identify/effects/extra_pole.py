@@ -49,7 +49,7 @@ class ExtraPole(Effect):
 
     def upright(self, chain: Chain) -> Chain:
         """Return ``chain`` with the lag that is not drawn, and the block beside it as the rig file has it."""
-        return as_drawn(chain, self.place, TAU.name)
+        return as_drawn(chain, self.place, self.called(TAU))
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the time constant, tried from a tenth of a sample to 3,000, that explains most."""

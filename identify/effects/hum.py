@@ -10,7 +10,7 @@ from scipy.stats import chi2, f
 from identify import kernels
 from identify.altered_play import Law
 from identify.chain import Chain
-from identify.effects.effect import Confusion
+from identify.effects.effect import Confusion, short
 from identify.effects.inside_play import InsidePlay
 from identify.mains import Line, Mains
 from identify.stage import Block, Grid, Parameter, Place, Run, Shape, Values
@@ -73,8 +73,8 @@ class Hum(InsidePlay):
 
     def parameters(self) -> tuple[Parameter, ...]:
         """Return the frequency, and the sizes and angles of the lines of the form."""
-        mine = {f"hum.{name}" for line in self.lines for name in (line.size, line.angle)}
-        return tuple(p for p in self.declared if p is FREQUENCY or p.name in mine)
+        mine = {name for line in self.lines for name in (line.size, line.angle)}
+        return self.own(p for p in self.declared if p is FREQUENCY or short(p.name) in mine)
 
     def freedom(self, runs: int) -> int:
         """Return how many numbers noise alone could use: of lines that are not there, any frequency and angle will do.
@@ -122,14 +122,14 @@ class Hum(InsidePlay):
         """
         values, first = dict(chain.values), self.lines[0]
         for line in self.lines:
-            if values[f"hum.{line.size}"] < 0.0:
-                values[f"hum.{line.size}"] *= -1.0
+            if values[f"{self.name}.{line.size}"] < 0.0:
+                values[f"{self.name}.{line.size}"] *= -1.0
                 turns = {line.angle: np.pi}
                 if line is first:
                     turns = {one.angle: -np.pi * one.order / first.order for one in self.lines[1:]}
                     turns[first.angle] = np.pi / first.order
                 for key in values:
-                    values[key] += turns.get(key.partition("[")[0].removeprefix("hum."), 0.0)
+                    values[key] += turns.get(key.partition("[")[0].removeprefix(f"{self.name}."), 0.0)
         return chain.with_values(values) if values != chain.values else chain
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:

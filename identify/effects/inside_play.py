@@ -24,8 +24,8 @@ class InsidePlay(Effect, Alteration):
         return True
 
     def parameters(self) -> tuple[Parameter, ...]:
-        """Return the declared parameters; forms with fewer override this."""
-        return self.declared
+        """Return the declared parameters as its own; forms with fewer override this."""
+        return self.own(self.declared)
 
     def applicable(self, chain: Chain) -> bool:
         """Return whether there is a gap in which to act, where it needs one."""

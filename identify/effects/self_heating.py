@@ -68,14 +68,14 @@ class SelfHeating(Effect):
 
     def plausible(self, chain: Chain, observations: "Sequence[Observation]") -> bool:
         """Return whether a part can warm as slowly as that at least."""
-        return chain.values[TAU.name] >= FASTEST_S
+        return chain.values[self.called(TAU)] >= FASTEST_S
 
     def plainer(self, chain: Chain) -> tuple[Effect, dict[str, float]] | None:
         """Return borders bent at once, which heat behind F comes to that neither lasts nor takes long to come."""
         law = CurvedBorder(Place.F, "cube")
         if self.place is not Place.F or not law.applicable(chain):
             return None
-        return law, {law.parameters()[0].name: -chain.values[K.name] * mean_slope(chain) ** 3}
+        return law, {law.parameters()[0].name: -chain.values[self.called(K)] * mean_slope(chain) ** 3}
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the time constant that explains most with the coefficient that suits it, taken as proportional."""

@@ -58,7 +58,7 @@ class SlewLimit(Effect):
 
     def completed(self, chain: Chain, evidence: "Evidence") -> Chain:
         """Return ``chain`` with a lag that just rounds where there is none."""
-        sharp = LAG in self.parameters() and chain.values[LAG.name] == 0.0
+        sharp = LAG in self.parameters() and chain.values[LAG.name] < SHARPEST * evidence.sample_s
         return chain.with_values({LAG.name: LEAST * evidence.sample_s}) if sharp else chain
 
     def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:

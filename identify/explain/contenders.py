@@ -93,7 +93,8 @@ def _contender(
 
 def named_effect(told: Explanation, finding: Finding) -> Effect:
     """Return the effect of a finding in the improved model."""
-    return next(e for e in told.improved.chain.added if isinstance(e, Effect) and e.name == finding.id)
+    effects = (e for e in told.improved.chain.added if isinstance(e, Effect))
+    return next(e for e in effects if (e.id, e.place.label) == (finding.id, finding.stage))
 
 
 def _entries(finding: Finding, earlier: Sequence[Contender]) -> list[Entry]:
@@ -153,7 +154,7 @@ def _best(
 ) -> tuple[Effect | None, Fit | None]:
     """Return the best form of a rival and its fit; None where the catalogue or these data know none."""
     kind = catalogue().get(entry.id)
-    variants = [e for e in kind.variants() if e.place.label == entry.stage] if kind else []
+    variants = [e.told_apart(base.chain) for e in kind.variants() if e.place.label == entry.stage] if kind else []
     evidence = Evidence(base, grids)
     tried: list[tuple[Effect | None, Fit | None]] = []
     for effect in (e for e in variants if e.applicable(base.chain)):

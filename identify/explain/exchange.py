@@ -32,8 +32,8 @@ def exchanged(bench: "Bench", hypothesis: Hypothesis, rounds: Sequence[Round], n
         options = crossed(bench, hypothesis, before, this, needed)
         hypothesis = max([hypothesis, *options], key=lambda h: h.advantage(hypothesis))
     for number, effect in enumerate(hypothesis.effects[:-1]):
-        rest = {e.id for e in hypothesis.effects if e is not effect}
-        rivals = [r for r in rounds[number].undecided if r.effects[-1].id not in rest][:EXCHANGED]
+        rest = [e for e in hypothesis.effects if e is not effect]
+        rivals = [r for r in rounds[number].undecided if r.effects[-1].fits(rest)][:EXCHANGED]
         options = [swapped(bench, hypothesis, effect, r, needed) for r in rivals if r.effects[-1] != effect]
         hypothesis = max([hypothesis, *options], key=lambda h: h.advantage(hypothesis))
     for effect in hypothesis.effects:
@@ -56,7 +56,7 @@ def crossed(
         promises.append((base.chi2 - pair.gain, bench.with_effects(effects, values), effects))
     for rival in [r for r in before.undecided if r.effects != this.base.effects][:EXCHANGED]:
         evidence = bench.evidence(rival)
-        for tried in [h for h in this.tried if h.effects[-1].id not in rival.names]:
+        for tried in [h for h in this.tried if h.effects[-1].fits(rival.effects)]:
             effects = (*rival.effects, tried.effects[-1])
             chain = bench.with_effects(effects, {**tried.fit.chain.values, **rival.fit.chain.values})
             seen = evidence.seen_by(effects[-1])
@@ -78,7 +78,7 @@ def _gain(along: float, energy: float) -> float:
 def plainer(bench: "Bench", hypothesis: Hypothesis, effect: Effect) -> Hypothesis:
     """Put the law with fewer numbers that an effect has become in its place, where that pays."""
     law, values = effect.plainer(hypothesis.fit.chain) or (effect, {})
-    if law.id in hypothesis.names:
+    if not law.fits(hypothesis.effects):
         return hypothesis
     effects = hypothesis.effects_with(law, effect)
     found = bench.fitted(bench.with_effects(effects, {**hypothesis.fit.chain.values, **values}), effects)

@@ -51,8 +51,8 @@ class Hypothesis:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Return the ids."""
-        return tuple(effect.id for effect in self.effects)
+        """Return what the effects are called in a chain."""
+        return tuple(effect.name for effect in self.effects)
 
     def effects_with(self, law: Effect, in_place_of: Effect) -> tuple[Effect, ...]:
         """Return the effects with ``law`` in the place of one of them."""

@@ -49,8 +49,9 @@ def odds(
 
 def _equals(final: Hypothesis, effect: Effect) -> list[Kind]:
     """Return what gives the same data as an effect, whatever is played: no fit need tell that."""
-    beside = {other.id for other in final.effects}  # a chain has no effect twice
-    return [(c.id, c.there or catalogue()[c.id].places[0]) for c in effect.equals if c.id not in beside]
+    beside = {_kind(other) for other in final.effects}  # a chain has no effect twice at a place
+    kinds = [(c.id, c.there or catalogue()[c.id].places[0]) for c in effect.equals]
+    return [kind for kind in kinds if kind not in beside]
 
 
 def _ahead(bench: Bench, rival: Hypothesis, final: Hypothesis, told: float) -> float:
@@ -102,10 +103,10 @@ def _rivals(bench: Bench, final: Hypothesis, effect: Effect, rounds: list[Round]
     step = _round_of(effect, rounds)
     if step is None:
         return []
-    beside = {other.id for other in final.effects if other != effect}  # a chain has no effect twice, at no two places
+    beside = [other for other in final.effects if other != effect]
     later = [h for h in step.undecided if not any(h is other for other in step.near)] if beside else []
     able = [h for h in (*step.near, *later) if _kind(h.effects[-1]) != _kind(effect)]
-    near = [h for h in able if h.effects[-1].id not in beside][:WEIGHED]
+    near = [h for h in able if h.effects[-1].fits(beside)][:WEIGHED]
     if not beside:
         return [(h.effects[-1], h) for h in near]
     return [(h.effects[-1], swapped(bench, final, effect, h)) for h in near]

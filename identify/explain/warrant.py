@@ -140,7 +140,7 @@ def _doubtful(beyond: Located, effect: Effect, told: float) -> bool:
 
 
 def misplaced(bench: Bench, hypothesis: Hypothesis) -> set[str]:
-    """Return the ids of effects whose laws explain the data clearly better elsewhere, one by one or together."""
+    """Return the names of effects whose laws explain the data clearly better elsewhere, one by one or together."""
     places = {place for effect in hypothesis.effects for place in effect.elsewhere}
     found: set[str] = set()
     for place in places:
@@ -148,7 +148,7 @@ def misplaced(bench: Bench, hypothesis: Hypothesis) -> set[str]:
         if not movable:
             continue
         sets = [{effect} for effect in movable] + ([set(movable)] if len(movable) > 1 else [])
-        found |= {e.id for moved in sets if _moved(bench, hypothesis, moved, place) > STRONG for e in moved}
+        found |= {e.name for moved in sets if _moved(bench, hypothesis, moved, place) > STRONG for e in moved}
     return found
 
 

@@ -2,7 +2,9 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 
+from identify.effects import owners
 from identify.model import Backlash, CurvedBacklash, LinearF, Model, NonlinearF, Physics, Rational
 
 
@@ -10,7 +12,8 @@ def coefficients(model: Model) -> dict[str, float]:
     """Return every number of a model that a fit may move.
 
     Blocks are told by the coefficients of s, s^2, ... with constant terms of one, ``G1.den.s2``; their DC gains are
-    assumed, not fitted. Physics go by ``id.value``.
+    assumed, not fitted. Physics go by ``id.value``; what is at
+    a second place by ``id@stage.value``.
     """
     found: dict[str, float] = {}
     for name, block in (("G1", model.g1), ("G2", model.g2)):
@@ -18,8 +21,8 @@ def coefficients(model: Model) -> dict[str, float]:
         found |= {f"{name}.den.s{k}": a / block.den[-1] for k, a in _powers(block.den)}
         found[f"{name}.dead_time"] = block.dead_time_s
     found |= _of_f(model.f)
-    for piece in model.physics:
-        found |= {f"{piece.id}.{name}": value for name, value in piece.values.items()}
+    for owner, piece in zip(owners(model.physics), model.physics, strict=True):
+        found |= {f"{owner}.{name}": value for name, value in piece.values.items()}
     return found
 
 
@@ -29,7 +32,7 @@ def with_coefficients(model: Model, values: Mapping[str, float]) -> Model:
     return replace(
         model, g1=_block(model.g1, "G1", numbers), g2=_block(model.g2, "G2", numbers),
         f=_f(model.f, numbers),
-        physics=tuple(_piece(piece, numbers) for piece in model.physics),
+        physics=tuple(map(partial(_piece, numbers), owners(model.physics), model.physics)),
     )  # fmt: skip
 
 
@@ -67,5 +70,5 @@ def _block(block: Rational, name: str, numbers: Mapping[str, float]) -> Rational
     return Rational(sides["num"], sides["den"], numbers[f"{name}.dead_time"])
 
 
-def _piece(piece: Physics, numbers: Mapping[str, float]) -> Physics:
-    return replace(piece, values={name: numbers[f"{piece.id}.{name}"] for name in piece.values})
+def _piece(numbers: Mapping[str, float], owner: str, piece: Physics) -> Physics:
+    return replace(piece, values={name: numbers[f"{owner}.{name}"] for name in piece.values})

@@ -103,12 +103,29 @@ class Sensed:
         return float(np.linalg.norm(self._left(self._change(concealed, self.case.seed)))) / self.case.rig.noise_v
 
     def z_with(self, others: tuple[Concealed, ...], concealed: Concealed) -> float:
-        """Return the z of one piece of physics where others are at work: a range that they keep readings from hides."""
+        """Return the z of one piece of physics where others are at work, after what their own values can copy of it.
+
+        A range that they keep readings from hides it, and so does a lag beside one of its kind.
+        """
         both, alone = (
             self.answers(self.case.rig, physics, self.case.seed, noisy=True)
             for physics in ((*others, concealed), others)
         )
-        return float(np.linalg.norm(self._left(both - alone))) / self.case.rig.noise_v
+        left, copies = self._left(both - alone), self._copies(others)
+        left = left - copies.T @ np.linalg.lstsq(copies.T, left, rcond=None)[0] if copies.size else left
+        return float(np.linalg.norm(left)) / self.case.rig.noise_v
+
+    def _copies(self, others: tuple[Concealed, ...]) -> Array:
+        """Return what each value of physics changes that the plain model's cannot, of norm 1, shape (values, N)."""
+        here = self.answers(self.case.rig, others, self.case.seed)
+        rows = []
+        for i, one in enumerate(others):
+            for key, value in one.values.items():
+                moved = replace(one, values={**one.values, key: value * (1.0 + DIFFERENCE)})
+                there = (*others[:i], moved, *others[i + 1 :])
+                rows.append(self._left(self.answers(self.case.rig, there, self.case.seed) - here))
+        sizes = [float(np.linalg.norm(row)) for row in rows]
+        return np.array([row / size for row, size in zip(rows, sizes, strict=True) if size > 0.0])
 
     def z_of_signal(self, concealed: Concealed) -> float:
         """Return the z of physics that moves readings in time: what that does to their noise tells nothing."""

@@ -481,4 +481,5 @@ UNHEARD: tuple[Kind, ...] = (
     Kind("dimmed_source", "source", "dimmed_source", _one("share", lambda r: 0.3)),
     Kind("scattered_gap", "F", "scattered_gap", _one("sd", lambda r: 0.3 * r.rig.half_gap_v)),
     Kind("hurried_reading", "sense", "hurried_reading", _hurried),
+    Kind("stale_reading", "sense", "stale_reading", _one("share", lambda r: 0.5)),
 )

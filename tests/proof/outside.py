@@ -309,6 +309,13 @@ def scattered_gap(v: Array, scene: Scene) -> Array:
     return play(rig.s_l * (v - rig.d_l_v - wider), rig.s_u * (v - rig.d_u_v + wider), 0.0, 1.0, 0.0)
 
 
+def stale_reading(y: Array, scene: Scene) -> Array:
+    """Give the reading before once more, in a ``share`` of them by chance: the converter was not ready."""
+    stale = scene.rng_of_run.uniform(size=y.size) < scene.values["share"]
+    stale[0] = False
+    return np.asarray(y[np.maximum.accumulate(np.where(stale, 0, np.arange(y.size)))])
+
+
 OUTSIDE: dict[str, tuple[Place, Change]] = {
     "reference_ripple": ("drive", reference_ripple),
     "source_line": ("drive", source_line),
@@ -350,4 +357,5 @@ OUTSIDE: dict[str, tuple[Place, Change]] = {
     "hurried_reading": ("y", hurried_reading),
     "dimmed_source": ("drive", dimmed_source),
     "scattered_gap": ("play", scattered_gap),
+    "stale_reading": ("y", stale_reading),
 }

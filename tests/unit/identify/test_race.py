@@ -104,3 +104,15 @@ def test_a_fit_begins_from_both_sides_where_first_order_keeps_not_what_it_promis
     found = race._extended(bench, base, Promise(Candidate(RAIL, {}, 0.0), moved, 1000.0))
     assert len(starts) == len(set(starts)) == begun
     assert found.chi2 == base.chi2 - kept * 1000.0 - begun  # the better one
+
+
+def test_a_slew_limit_that_first_order_takes_for_sharp_is_rounded_all_the_same():
+    """Its lag is then zero, where it has no slope: the fit ended there, 20 times above the noise."""
+    rounded = Concealed("slew_limit, rounded", {"rate": 400.0, "lag": 2.6e-3})
+    seen = observed(recorded(OP_AMP, staircase("walk", FIG13_LEVELS_V, 0.06), (rounded,), NOISE_V, seed=7), NOISE_V)
+    bench, law = Bench(chain_of(model_of(OP_AMP)), (seen,), (), ()), catalogue()["slew_limit"](Place.F, "rounded")
+    base = bench.fitted(bench.plain, ())
+    sharp = law.put_in(base.fit.chain, {"rate": 420.0, "lag": 0.0})
+    (found,) = raced(bench, base, [Promise(Candidate(law, {}, 0.0), sharp, 0.0)])
+    assert abs(found.misfit) < 0.1
+    assert found.fit.chain.values["slew_limit.lag"] == pytest.approx(2.6e-3, rel=0.02)

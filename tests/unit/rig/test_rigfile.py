@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from identify.effects import chain_of, physics_in
 from identify.model import Backlash, CurvedBacklash, LinearF, Model, Physics, Rational
 from rig.errors import FileError
 from rig.rigfile import model_to_dict, model_to_yaml, parse_rig, read_rig
@@ -64,6 +65,16 @@ def test_stage_and_form_of_physics_are_read_and_written() -> None:
     model = parse_rig(text, "r.yaml").model
     assert model.physics == (Physics("saturation", {"upper": 9.0}, "F", "upper"),)
     assert parse_rig(model_to_yaml(model), "r.yaml").model == model
+
+
+def test_the_same_law_at_a_second_place_goes_by_its_stage_too() -> None:
+    text = PLAIN + "fixed: [extra_pole@G2.tau]\nphysics:\n  extra_pole: {tau: 1 ms}\n  extra_pole@G2: {tau: 2 ms}\n"
+    model = parse_rig(text, "r.yaml").model
+    assert model.physics == (Physics("extra_pole", {"tau": 1e-3}), Physics("extra_pole", {"tau": 2e-3}, "G2"))
+    assert parse_rig(model_to_yaml(model), "r.yaml").model == model
+    chain = chain_of(model)
+    assert (chain.values["extra_pole.tau"], chain.values["extra_pole@G2.tau"]) == (1e-3, 2e-3)
+    assert [(piece.id, piece.stage) for piece in physics_in(chain)] == [("extra_pole", "G1"), ("extra_pole", "G2")]
 
 
 def test_values_that_mean_absent_are_not_written() -> None:
@@ -162,6 +173,11 @@ def test_wrong_bent_borders_are_refused_with_their_line(wrong: str, right: str, 
     ("concealed:\n  saturation: {stage: G9, upper: 1 V}\n", "r.yaml:8: concealed.saturation.stage: unknown stage 'G9'"),
     ("concealed:\n  saturation: {form: uper, upper: 1 V}\n", "did you mean 'upper'?"),
     ("physics: [saturation]\n", "r.yaml:7: physics:"),
+    ("physics:\n  hum: {amplitude: 1 V}\n  hum@sense: {amplitude: 2 V}\n",
+     "r.yaml:9: physics.hum@sense: hum at sense twice"),
+    ("physics:\n  hum@G1: {stage: sense, amplitude: 2 V}\n",
+     "r.yaml:8: physics.hum@G1.stage: hum@G1 elsewhere: sense; allowed: G1"),
+    ("physics:\n  hum@G2: {amplitude: 2 V}\n", "r.yaml:8: physics.hum@G2"),
 ])
 def test_wrong_physics_is_refused_with_its_line(text: str, message: str) -> None:
     assert message in refused(PLAIN + text)

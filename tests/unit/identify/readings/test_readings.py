@@ -32,6 +32,7 @@ from identify.readings.missing_samples import MissingSamples, loss_in, with_gap
 from identify.readings.outliers import outliers
 from identify.readings.spectra import lines_of, power_of, spectra
 from identify.readings.spikes import Spikes, spikes
+from identify.readings.stray import StrayReadings, stray
 from identify.stage import Place
 from identify.trace import Step, Trace
 from tests.contract.test_effects import STAGES, UNITS
@@ -282,6 +283,34 @@ def test_a_scatter_in_time_makes_no_spikes_and_hides_none():
     assert spikes([outliers(scattered, noise_of(scattered))], []) == ((), float("inf"))
     (found,), _ = spikes([outliers(both, noise_of(both))], [])
     assert found.values["size"].value == pytest.approx(0.2, rel=0.05)
+
+
+def test_readings_that_are_the_one_before_once_more_are_off_by_a_sample():
+    stale, clean = recording(Concealed("stale_reading", {"share": 0.01})), recording(seed=6)
+    seen, proof = (outliers(trace, noise_of(trace)) for trace in (stale, clean))
+    (found,), threshold = stray([seen], [seen])
+    assert found.values["off"].low < 1.0 / stale.rate_hz < found.values["off"].high
+    assert found.values["rate"].value < 0.01 * stale.rate_hz  # at rest none is seen
+    assert stray([seen], [proof]) == ((), float("inf"))
+    assert spikes([seen], [seen]) == ((), float("inf"))
+    again = mended(CHAIN, [stale], [], NOISE_V)
+    assert [type(one) for one in again.found] == [StrayReadings]
+    assert np.count_nonzero(~good(again.training[0])) == seen.beyond(threshold).size
+    assert mended(CHAIN, [stale], [], NOISE_V, ("unnamed",)).found == ()
+
+
+def test_spikes_come_at_any_speed_and_are_no_stray_readings():
+    spiked = recording(Concealed("spikes", {"rate": 30.0, "size": 0.2}))
+    assert stray([outliers(spiked, noise_of(spiked))], []) == ((), float("inf"))
+
+
+def test_stale_readings_are_told_and_hide_neither_the_noise_nor_that_nothing_else_is_missing():
+    """Repeats differ by them, too: the noise was told a quarter too large, and the verdict was that all agree."""
+    trial = drawn(Key(95, "outside", "stale_reading", 0))
+    told = explain(model_of(trial.nominal), *parted(record(trial)))
+    assert told.verdict == "unexplained"
+    assert [(f.id, f.form, f.stage) for f in told.effects] == [("unnamed", "stray readings", "sense")]
+    assert told.noise.rms_v == pytest.approx(trial.rig.noise_v, rel=0.05)
 
 
 def test_spikes_that_the_held_out_readings_contradict_are_not_told():
