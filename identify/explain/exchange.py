@@ -5,6 +5,7 @@ found after it also covers for what it does wrongly: beside that other law, agai
 """
 
 from collections.abc import Sequence
+from itertools import combinations
 from math import inf
 from typing import TYPE_CHECKING
 
@@ -18,19 +19,22 @@ if TYPE_CHECKING:
 EXCHANGED = 7  # rivals that an effect chosen early is exchanged for
 CROSSED = 3  # pairs of laws that are fitted in the place of the last two
 MISTAKEN = 0.02  # of what was explained: by as much first order may be mistaken about such a pair
+LATE = 0.02  # of what a law that makes signals late explains: by as much a lag may be behind and be a part of it
+CLEARLY = 10.0  # of twice a log of odds: very strong evidence (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773)
 LAPS = 12  # iterations after which an exchange that is far behind is not fitted further
 
 
 def exchanged(bench: "Bench", hypothesis: Hypothesis, rounds: Sequence[Round], needed: float = inf) -> Hypothesis:
     """Exchange single effects for what could not be excluded when they were chosen, where that pays.
 
-    The last two together, too. Then each for a law of fewer numbers, where its own have come to where the two hardly
-    differ. Nothing is fitted to its end that is not about to bring chi-squared to what is ``needed``.
+    The last two together, too, and the last for two lags. Then each for a law of fewer numbers, where its own have come
+    to where the two hardly differ. Nothing is fitted to its end that is not about to bring chi-squared to ``needed``.
     """
     if len(rounds) > 1:
         before, this = rounds[-2:]
         options = crossed(bench, hypothesis, before, this, needed)
         hypothesis = max([hypothesis, *options], key=lambda h: h.advantage(hypothesis))
+    hypothesis = parted(bench, hypothesis, rounds[-1])
     for number, effect in enumerate(hypothesis.effects[:-1]):
         rest = [e for e in hypothesis.effects if e is not effect]
         rivals = [r for r in rounds[number].undecided if r.effects[-1].fits(rest)][:EXCHANGED]
@@ -73,6 +77,35 @@ def crossed(
 def _gain(along: float, energy: float) -> float:
     """Return the fall of chi-squared that a change promises as it is, or at the size that suits it best."""
     return max(2.0 * along - energy, along**2 / energy if along > 0.0 and energy > 0.0 else 0.0)
+
+
+def parted(bench: "Bench", hypothesis: Hypothesis, this: Round) -> Hypothesis:
+    """Put two lags of one number each in the place of a law of two that makes signals late, where that clearly pays.
+
+    Far above the noise a resonance that hardly rings is nearly two lags, and each of these alone nearly all of it.
+    """
+    law, told = hypothesis.effects[-1], this.base.chi2 - hypothesis.chi2
+    if not law.lags or len(law.parameters()) < 2 or this.base.effects != hypothesis.effects[:-1]:
+        return hypothesis
+    lags = [h for h in this.tried if h.effects[-1].lags and len(h.effects[-1].parameters()) == 1]
+    near = [h for h in lags if h.chi2 - hypothesis.chi2 < LATE * told]
+    found = [_both(bench, *pair) for pair in combinations(near, 2) if not _alike(*(h.effects[-1] for h in pair))]
+    best = max((h for h in found if bench.possible(h)), key=lambda h: h.advantage(hypothesis), default=hypothesis)
+    return best if best.advantage(hypothesis) > CLEARLY else hypothesis
+
+
+def _alike(one: Effect, other: Effect) -> bool:
+    """Return whether two lags are the same data, whatever is played: together they are one that is longer."""
+    return any(c.id == other.id and c.there in (None, other.place) for c in one.equals)
+
+
+def _both(bench: "Bench", one: Hypothesis, other: Hypothesis) -> Hypothesis:
+    """Fit the last laws of two hypotheses, both lags, together: from half of each."""
+    law = other.effects[-1].told_apart(one.fit.chain)
+    ((mine,), (its,), (theirs,)) = (effect.parameters() for effect in (one.effects[-1], law, other.effects[-1]))
+    halves = {mine.name: 0.5 * one.fit.chain.values[mine.name], its.name: 0.5 * other.fit.chain.values[theirs.name]}
+    effects = (*one.effects, law)
+    return bench.fitted(bench.with_effects(effects, {**one.fit.chain.values, **halves}), effects)
 
 
 def plainer(bench: "Bench", hypothesis: Hypothesis, effect: Effect) -> Hypothesis:

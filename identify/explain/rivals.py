@@ -126,10 +126,10 @@ def _information(effect: Effect, rounds: list[Round]) -> float:
 
 def _round_of(effect: Effect, rounds: list[Round]) -> Round | None:
     """Return the round that chose ``effect`` or what it was exchanged for, None when there is none."""
-    for step in rounds:
+    for number, step in enumerate(rounds):
         kinds = [_kind(other) for other in step.best.effects] if step.best else []
         if _kind(effect) in kinds:
-            return rounds[kinds.index(_kind(effect))]
+            return rounds[min(kinds.index(_kind(effect)), number)]  # a round may choose two in the place of one
     return None
 
 
