@@ -243,13 +243,17 @@ class Bench:
         return as_large(chain, effect, self.observations, changed) if effect.by_chance and changed > 0.0 else chain
 
     def possible(self, hypothesis: Hypothesis) -> bool:
-        """Return whether its effects are there, parts could be so, and none implies more scatter than there is."""
+        """Return whether its effects are there, parts could be so, and none implies more scatter than there is.
+
+        How much a law scatters beside which the readings are weighed, repeats have told.
+        """
         chain = hypothesis.fit.chain
         if not all(isfinite(chain.values[p.name]) for effect in hypothesis.effects for p in effect.parameters()):
             return False
         if not all(effect.plausible(chain, self.observations) for effect in hypothesis.effects):
             return False
-        return not any(scatters_more(chain, effect, self.observations) for effect in hypothesis.effects)
+        asked = [effect for effect in hypothesis.effects if not self.carried or effect != self.carried.law]
+        return not any(scatters_more(chain, effect, self.observations) for effect in asked)
 
     def fuller(self, base: Hypothesis, tried: Sequence[Hypothesis]) -> list[Hypothesis]:
         """Fit forms with one parameter more of what such a one may bring ahead."""

@@ -1,17 +1,22 @@
 """What is missing from the model beside noise in front of the gap, and is that noise there at all?"""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
+
+import numpy as np
 
 from identify.explain.bench import Bench
 from identify.explain.carried import carried, price, weighed_again
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.locate import located
+from identify.explain.locate import fitted_from, located
 from identify.explain.round import Round
 from identify.explain.select import MOST_EFFECTS, Selected, selected
-from identify.explain.suspect import is_fine
+from identify.explain.suspect import finer, is_fine
+from identify.explain.wander import changes
 
 CLOSELY = 2  # laws that are fitted to their end in the place of noise in front of the gap
+ANOTHER = ("mains lines", "clock time")  # coordinates of what is another whenever the same is played again
 
 Note = Callable[[str, float], None]
 
@@ -48,12 +53,36 @@ def selected_beside(bench: Bench, plain: Hypothesis, note: Note) -> Selected | N
         return None
     if len(final.effects) > 1:
         beside, final = weighed_again(beside, final)
-    without = bench.without(final, law)
-    foretold = [h for h in bench.round(without).tried if not h.effects[-1].by_chance][:CLOSELY]
-    ended = [bench.fitted(h.fit.chain, h.effects) for h in foretold]
-    asked = price(beside, final)
-    if min(price(bench, h) for h in (without, *ended)) < asked:
-        return None
-    if any(price(bench, h) < asked for c, h in located(bench, without).fitted if not is_fine(c)):
+    if _does_without(bench, bench.without(final, law), price(beside, final)):
         return None
     return beside, final, [Round(weighed.without(base, law), 0, (base,)), *rounds]
+
+
+def _does_without(bench: Bench, without: Hypothesis, asked: float) -> bool:
+    """Return whether laws foretell as much as noise in front of the gap makes likely, at the price that is ``asked``.
+
+    What answers alike whenever the same is played leaves all by which repeats differ. Where that is more than is asked,
+    only what is another in every repeat is tried.
+    """
+    if price(bench, without) < asked:
+        return True
+    if float(np.sum(changes(without.fit.chain, bench.observations)[0])) > asked:
+        free = replace(bench, kinds=tuple(kind for kind in bench.kinds if kind.axis in ANOTHER))
+        return _named(free, without, asked) or _unrepeated(bench, without, asked)
+    laws = (h for c, h in located(bench, without).fitted if not is_fine(c))
+    return _named(bench, without, asked) or any(price(bench, h) < asked for h in laws)
+
+
+def _named(bench: Bench, without: Hypothesis, asked: float) -> bool:
+    """Return whether one more law of the catalogue comes to the price that is asked."""
+    foretold = [h for h in bench.round(without).tried if not h.effects[-1].by_chance][:CLOSELY]
+    return any(price(bench, bench.fitted(h.fit.chain, h.effects)) < asked for h in foretold)
+
+
+def _unrepeated(bench: Bench, without: Hypothesis, asked: float) -> bool:
+    """Return whether one correction of free form that is another in every repeat comes to the price that is asked."""
+    evidence = bench.evidence(without)
+    free = [s for s in bench.suspects(without) if s.correction.axis in ANOTHER and not is_fine(s.correction)]
+    likely = sorted(free, key=lambda s: -s.gain)[:CLOSELY]
+    laws = (fitted_from(bench, without, finer(evidence, s, 1.0)) for s in likely)
+    return any(price(bench, h) < asked for h in laws)
