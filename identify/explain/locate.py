@@ -38,6 +38,7 @@ LITTLE = 0.1  # share of a misfit: a correction that explains less tells only wh
 LIKELY = 0.05  # posterior probability from which a place is mentioned beside the best
 DISGUISE = 0.25  # odds of what is less likely where it does the same: a law of v that one of F is, as G1 is built to be
 # linear; a table that a law of few numbers foretells; another place than that at which such laws mostly are
+ROUNDED = 5e-4  # of a misfit: by as much the right correction may be behind one elsewhere, as knots round either
 TEMPER = 0.05  # of a log likelihood: corrections are families near the truth, not the truth
 
 
@@ -84,8 +85,15 @@ class Located:
             odds *= DISGUISE if of_g1 or foretold else 1.0
             for place in entered_at(correction):
                 found[place] = max(found.get(place, 0.0), odds if place is correction.place else DISGUISE * odds)
+        for place in {correction.place for correction, h in self.fitted if self._as_good(h)}:
+            found[place] = max(found[place], DISGUISE * max(found.values()))
         total = sum(found.values())
         return dict(sorted(((place, odds / total) for place, odds in found.items()), key=lambda item: -item[1]))
+
+    def _as_good(self, fitted: Hypothesis) -> bool:
+        """Return whether a correction is behind the best by no more than knots make of a law that is none of theirs."""
+        least = min(h.chi2 for _, h in self.fitted)
+        return fitted.chi2 - least < ROUNDED * (self.base.chi2 - least)
 
     def foretold(self, correction: Correction, fitted: Hypothesis) -> bool:
         """Return whether a correction is a disguise of a plainer one that was fitted and foretells nearly all of it.

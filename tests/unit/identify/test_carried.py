@@ -2,6 +2,7 @@
 
 import sys
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -163,7 +164,36 @@ def test_a_law_of_few_numbers_that_foretells_what_chance_would_make_is_believed_
     bench, plain, _ = noisy
     free = replace(plain, chi2=0.5 * plain.count)
     monkeypatch.setattr("identify.explain.beside.located", lambda b, h: Located(h, ((law, free),), 0.0))
+    monkeypatch.setattr("identify.explain.beside.changes", lambda *_: np.zeros((1, 2)))  # repeats do not exclude it
     assert (selected_beside(bench, plain, quiet) is not None) is there
+
+
+def test_a_law_that_repeats_itself_is_not_asked_where_repeats_differ_by_more_than_it_could_leave(noisy, monkeypatch):
+    bench, plain, _ = noisy
+
+    def refused(*_: object) -> Located:
+        raise AssertionError("no law that answers alike whenever the same is played can leave less")
+
+    monkeypatch.setattr("identify.explain.beside.located", refused)
+    asked = list[set[str]]()
+    whole = Bench.round
+
+    def noted(self: Bench, *those: Any) -> Round:
+        asked.append({kind.id for kind in self.kinds})
+        return whole(self, *those)
+
+    monkeypatch.setattr(Bench, "round", noted)
+    assert selected_beside(bench, plain, quiet) is not None
+    assert {"hum", "offset_drift"} <= asked[-1]
+    assert not {"saturation", "extra_pole", "process_noise"} & asked[-1]
+
+
+def test_how_much_noise_scatters_that_repeats_have_told_excludes_nothing_beside_it(beside, monkeypatch):
+    """Far above the noise its structure foretells more than there is: no second law whatever was possible beside it."""
+    bench, base = beside
+    monkeypatch.setattr("identify.explain.bench.scatters_more", lambda *_: True)
+    assert bench.possible(base)
+    assert not replace(bench, carried=None).possible(base)
 
 
 def test_physics_that_the_noise_had_hidden_is_found_beside_it():

@@ -3,14 +3,17 @@
 What is planted comes from the bench's own integrator. The corrections are families: none of them is the law planted.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from identify.effects import chain_of
 from identify.explain.bench import Bench
-from identify.explain.locate import Located, entered_at, located
+from identify.explain.locate import LIKELY, Located, entered_at, located
 from identify.stage import Place
 from identify.unnamed.hysteresis import Hysteresis
+from identify.unnamed.maps import RateMap
 from identify.unnamed.timed import ClockMap, GainMap, GainSteps, GapOverClock, OffsetInRun, Timed
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
@@ -86,3 +89,16 @@ def test_where_a_fit_keeps_little_of_what_was_promised_others_are_fitted(monkeyp
     told = located(bench, bench.fitted(bench.plain, ()))
     assert told.best.place is Place.F
     assert len(told.fitted) > 1
+
+
+@pytest.mark.parametrize(("behind", "listed"), [(2e-4, True), (2e-2, False)])
+def test_what_knots_round_off_a_large_mismatch_excludes_no_other_place(behind: float, listed: bool) -> None:
+    """Far above the noise a table of the rate is not the law: the right one may be behind one at another stage."""
+    told = found(WALK, WAVE, physics=Concealed("one_way_slew", {"rate": 400.0}))
+    best = told.fitted[0][1]
+    base = replace(told.base, chi2=best.chi2 + 1e6)
+    other = RateMap(Place.G2, (-1.0, 0.0, 1.0))
+    pair = (told.fitted[0], (other, replace(best, chi2=best.chi2 + behind * 1e6)))
+    places = Located(base, pair, 0.0, (0.0, 0.0)).places
+    assert next(iter(places)) is told.best.place
+    assert (places[Place.G2] > LIKELY) is listed

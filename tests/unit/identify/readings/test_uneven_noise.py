@@ -11,9 +11,12 @@ from identify.colour import Colour, Sizes, whitening
 from identify.explain.explain import explain
 from identify.readings.mend import mended
 from identify.readings.uneven_noise import OverClock, OverLevel, OverRate, uneven_noise
+from tests.proof.ask import parted
+from tests.proof.bench import record
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
 from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
+from tests.proof.trial import Key, drawn
 from tests.trials import model_of, recorded
 
 NOISE_V = OP_AMP.noise_v
@@ -53,6 +56,15 @@ def scattered(size, seed=0):
 def told(traces):
     left = [(trace, trace.y - simulate(CHAIN, trace, 8)) for trace in traces]
     return uneven_noise(left[:2], left[2:])
+
+
+def test_a_reference_that_is_not_quiet_is_told_though_most_readings_are_low():
+    """A third more noise at the ends, a twentieth in the mean: all was said to agree."""
+    trial = drawn(Key(95, "outside", "noisy_reference", 0))
+    told = explain(model_of(trial.nominal), *parted(record(trial)))
+    assert told.verdict == "unexplained"
+    assert [(f.id, f.form, f.stage) for f in told.effects] == [("unnamed", "uneven noise", "sense")]
+    assert told.location.where[0].axis == "level of y"
 
 
 @pytest.mark.parametrize(("size", "kind"), [(by_level, OverLevel), (by_rate, OverRate), (by_clock, OverClock)])
