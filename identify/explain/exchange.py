@@ -34,7 +34,7 @@ def exchanged(bench: "Bench", hypothesis: Hypothesis, rounds: Sequence[Round], n
         before, this = rounds[-2:]
         options = crossed(bench, hypothesis, before, this, needed)
         hypothesis = max([hypothesis, *options], key=lambda h: h.advantage(hypothesis))
-    hypothesis = parted(bench, hypothesis, rounds[-1])
+    hypothesis = parted(bench, hypothesis, rounds[-1]) if rounds else hypothesis
     for number, effect in enumerate(hypothesis.effects[:-1]):
         rest = [e for e in hypothesis.effects if e is not effect]
         rivals = [r for r in rounds[number].undecided if r.effects[-1].fits(rest)][:EXCHANGED]

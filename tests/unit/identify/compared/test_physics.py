@@ -33,7 +33,8 @@ def side(costs: Mapping[str, float], findings: Sequence[tuple[str, str]] = ()) -
     def fitted(pieces: Pieces) -> "Identification":
         names = "+".join(sorted(piece.id for piece in pieces))
         searched = tuple(SimpleNamespace(name=f"{piece.id}.value") for piece in pieces)
-        return cast("Identification", SimpleNamespace(fit=SimpleNamespace(cost=costs[names], coordinates=searched)))
+        fit = SimpleNamespace(cost=costs[names], coordinates=searched, chain=SimpleNamespace(added=()))
+        return cast("Identification", SimpleNamespace(fit=fit))
 
     effects = [SimpleNamespace(id=name, stage=stage, could_also_be=()) for name, stage in findings]
     return Explained(cast("Explanation", SimpleNamespace(effects=effects)), fitted)
