@@ -27,6 +27,7 @@ from identify.explain.readings import (
     hides_blemishes,
     hides_noise,
     loses,
+    loses_roughly,
     read,
     reread,
     suspected,
@@ -91,16 +92,21 @@ def _explained(
     plain = bench.again(rounds[0].base if rounds else plain)
     earned = warranted(bench, plain, final, rounds)
     note("confirming on held-out data", 0.9)
-    test = alike_weighed(bench, final.fit.chain, data.test)
-    data = replace(data, test=tuple(refined(o, earned.hypothesis.fit.chain) for o in test))
+    data = _to_prove(bench, final, earned, data)
     kept, dropped = confirmed(bench, earned, data.test)
     reading, again = _looked_again(readings, kept, data, look)
     other = _explained(model, traces, hold_out, note, again) if again is not None else None
-    if other is not None and (other.verdict == "explained" or not kept.hypothesis.effects):
+    if other is not None and _sees_more(other, again, kept):
         return other
     note("done", 1.0)
     told = Answer(model, data, bench, plain, kept, rounds, dropped, reading, seen).explanation()
-    return told if other is None or told.verdict == "explained" else other  # a second look must not see less
+    return told if other is None or _is_rough(again) or told.verdict == "explained" else other  # it must not see less
+
+
+def _to_prove(bench: Bench, final: Hypothesis, earned: Warranted, data: Split) -> Split:
+    """Return the data with what is held out weighed as the rest is, on grids fine enough for what is to be proven."""
+    test = alike_weighed(bench, final.fit.chain, data.test)
+    return replace(data, test=tuple(refined(o, earned.hypothesis.fit.chain) for o in test))
 
 
 def _found(readings: Readings, note: Note, look: Look) -> Selected | Chain:
@@ -157,7 +163,21 @@ def _looked_again(
         reading = replace(reading, found=tuple(b for b in reading.found if b.id not in after - before))
     elif look.against is None and (after - before or counts_another(readings, reading)):
         return reading, replace(look, against=improved)  # what the mismatch had hidden or shown wrongly
+    if look.against is None and effects and left and loses_roughly(reading, improved, look.leave_out):
+        return reading, replace(look, against=improved, rough=True)
     return reading, None
+
+
+def _sees_more(other: Explanation, again: Look | None, kept: Warranted) -> bool:
+    """Return whether a second look explains what the first one did, and where it was a rough one, all that was left."""
+    if _is_rough(again):
+        return other.verdict == "explained" and other.remaining.stage is None
+    return other.verdict == "explained" or not kept.hypothesis.effects
+
+
+def _is_rough(look: Look | None) -> bool:
+    """Return whether there is a look, and a rough one."""
+    return look is not None and look.rough
 
 
 def _best_told(kept: Warranted) -> Chain:

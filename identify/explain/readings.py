@@ -64,12 +64,14 @@ class Readings:
 class Look:
     """How recordings are looked at: without ids that are ``leave_out``, ``against`` a chain (None: the plain one).
 
-    Losses of which only a rough look tells are ``held`` until the largest physics beside them is known.
+    Losses of which only a rough look tells are ``held`` until the largest physics beside them is known. Against a chain
+    that has all other physics such a ``rough`` look is enough.
     """
 
     leave_out: tuple[str, ...] = ()
     against: Chain | None = None
     held: bool = False
+    rough: bool = False
 
 
 def read(
@@ -96,7 +98,7 @@ def read(
         return Readings(recorded.training, recorded.proof, raw, before, data, *again, found, settling_s(model))
 
     if look.against is not None:
-        return undone(mended(look.against, recorded.training, recorded.proof, raw.noise.rms_v, look.leave_out))
+        return undone(mended(look.against, *recorded.runs, raw.noise.rms_v, look.leave_out, look.rough))
     fitted = partial(_fitted, model, prepared)
     close, rough = _looked(before.fit.chain, recorded, raw.noise.rms_v, look.leave_out, fitted)
     found = undone(close)
@@ -130,7 +132,7 @@ def _looked(
     chain: Chain, recorded: Mended, noise_v: float, leave_out: Sequence[str], fitted: Callable[[Mended], Chain]
 ) -> tuple[Mended, Mended]:
     """Return what close looks show beside a chain ``fitted`` again without what rough ones show, and what those do."""
-    runs = recorded.training, recorded.proof
+    runs = recorded.runs
     rough = mended(chain, *runs, noise_v, leave_out, rough=True)
     seen = replace(recorded, noise=rough.noise)
     for _ in range(LOOKS):
@@ -239,6 +241,14 @@ def loses(readings: Readings, chain: Chain, leave_out: Sequence[str]) -> bool:
     """Return whether a close look against a chain finds readings that are lost."""
     noise_v = readings.data.noise.rms_v
     return bool(_lost(mended(chain, readings.traces, readings.hold_out, noise_v, leave_out).found))
+
+
+def loses_roughly(readings: Readings, chain: Chain, leave_out: Sequence[str]) -> bool:
+    """Return whether a rough look against a chain finds readings that are lost, where none are known to be."""
+    if _lost(readings.found) or _coloured(readings.found):
+        return False
+    noise_v = readings.data.noise.rms_v
+    return bool(_lost(mended(chain, readings.traces, readings.hold_out, noise_v, leave_out, rough=True).found))
 
 
 def counts_another(before: Readings, after: Readings) -> bool:

@@ -32,6 +32,11 @@ class Mended:
     lost_from: tuple[int | None, ...] = ()
     noise: Uneven | None = None
 
+    @property
+    def runs(self) -> tuple[tuple[Trace, ...], tuple[Trace, ...]]:
+        """Return the recordings that are fitted and those held out."""
+        return self.training, self.proof
+
     def in_time(self) -> "Mended":
         """Return recordings up to where readings were lost; whole where less than half of those fitted would be left.
 
