@@ -301,19 +301,15 @@ def test_readings_that_are_the_one_before_once_more_are_off_by_a_sample():
     assert mended(CHAIN, [stale], [], NOISE_V, ("unnamed",)).found == ()
 
 
-@pytest.mark.parametrize("looked", [True, False])
-def test_a_loss_that_shows_to_a_rough_look_alone_is_told_where_it_is_all_that_is_left(looked, monkeypatch):
+def test_a_loss_that_shows_to_a_rough_look_alone_is_told_where_it_is_all_that_is_left():
     """Six readings lost where little moves, beside steps of the DAC that hid them from the first looks."""
     trial = drawn(Key(95, "pair", "pair", 0))
     train, test = parted(record(trial))
     few = [trace for trace in train if trace.name in ("minor_loops", "sine_stuck", "staircase_small")]
-    if not looked:
-        monkeypatch.setattr(sys.modules[explain.__module__], "loses_roughly", lambda *_: False)
     told = explain(model_of(trial.nominal), few, test[:1])
     assert told.verdict == "explained"
-    assert [f.id for f in told.effects] == ["dac_quantisation", *(["missing_samples"] if looked else [])]
-    if looked:
-        assert told.effects[1].parameters["count"][0].value == 6.0
+    assert [f.id for f in told.effects] == ["dac_quantisation", "missing_samples"]
+    assert told.effects[1].parameters["count"][0].value == 6.0
 
 
 def test_spikes_come_at_any_speed_and_are_no_stray_readings():
