@@ -13,7 +13,6 @@ from rig.units import exact, quantity
 from rig.yamlfile import Document, Keys
 
 if TYPE_CHECKING:
-    from identify.effects import Choices
     from identify.effects.effect import Effect
 
 Values = Mapping[str, Any]
@@ -25,19 +24,22 @@ APART = "@"  # between an id and its stage
 def physics_of(document: Document, keys: Keys, pieces: Mapping[str, Values]) -> tuple[Physics, ...]:
     """Return the physics that a rig file names, by its ids or ``id@stage``; FileError for what is not known or twice.
     """
-    found = tuple(_piece(document, (*keys, name), name, values) for name, values in pieces.items())
-    places = [(piece.id, piece.stage or choices_of(piece.id, piece.form).stages[0]) for piece in found]
-    for index, (name, place) in enumerate(zip(pieces, places, strict=True)):
-        if place in places[:index]:
+    found: dict[tuple[str, str], Physics] = {}
+    for name, values in pieces.items():
+        piece = _piece(document, (*keys, name), name, values)
+        place = _whereabouts(piece)
+        if place in found:
             raise document.error(f"{place[0]} at {place[1]} twice", *keys, name, do="put all of it into one")
-    return found
+        found[place] = piece
+    return tuple(found.values())
 
 
 def _piece(document: Document, keys: Keys, written: str, values: Values) -> Physics:
     """Return one piece of physics; its values are read in the units its effect declares, those not given are absent."""
     name, apart, place = written.partition(APART)
     if apart and values.get("stage", place) != place:
-        raise document.error(f"{written} elsewhere", *keys, "stage", value=str(values["stage"]), allowed=place)
+        stage = str(values["stage"])
+        raise document.error(f"{written} with another stage", *keys, "stage", value=stage, allowed=place)
     stage, form = _stage_and_form(document, keys, name, {**values, "stage": place} if apart else values)
     given = {key: value for key, value in values.items() if key not in PHYSICS_KEYS}
     units = parameter_units(Physics(name, given, stage, form))
@@ -52,12 +54,13 @@ def _piece(document: Document, keys: Keys, written: str, values: Values) -> Phys
 
 def _stage_and_form(document: Document, keys: Keys, name: str, values: Values) -> tuple[str, str]:
     """Return where a piece of physics is and in which form, empty where the file does not say."""
+    from identify.effects import choices
     from identify.unnamed.stored import is_unnamed
 
     if name not in catalogue() and not is_unnamed(name):
         raise FileError(where=document.at(*keys), **unknown("physics", name, [*catalogue(), "unnamed"]))
-    form = _choice(document, keys, values, "form", list(choices_of(name).forms))
-    return _choice(document, keys, values, "stage", list(choices_of(name, form).stages)), form
+    form = _choice(document, keys, values, "form", list(choices(name).forms))
+    return _choice(document, keys, values, "stage", list(choices(name, form).stages)), form
 
 
 def _whole(document: Document, keys: Keys, piece: Physics) -> Physics:
@@ -96,11 +99,11 @@ def catalogue() -> "dict[str, type[Effect]]":
     return effects.catalogue()
 
 
-def choices_of(name: str, form: str = "") -> "Choices":
-    """Return where a piece of physics may be and which forms it may have, the first where a file does not say."""
-    from identify.effects import choices
+def _whereabouts(piece: Physics) -> tuple[str, str]:
+    """Return what a piece of physics is and at which stage, the first it may be at where the file does not say."""
+    from identify.effects import whereabouts
 
-    return choices(name, form)
+    return whereabouts(piece)
 
 
 def parameter_units(piece: Physics) -> dict[str, str]:

@@ -97,7 +97,7 @@ def with_physics(chain: Chain, physics: Iterable[Physics]) -> Chain:
             chain = with_unnamed(chain, piece)
             continue
         effect = effect_of(piece).told_apart(chain)
-        if any(effect.place is e.place and effect.id == e.id for e in chain.added if isinstance(e, Effect)):
+        if not effect.fits(e for e in chain.added if isinstance(e, Effect)):
             raise ValueError(f"{piece.id} at {effect.place.label} twice: put all of it into one")
         known = [short(p.name) for p in effect.parameters()]
         for name in piece.values:

@@ -10,7 +10,7 @@ from math import inf
 from typing import TYPE_CHECKING
 
 from identify.effects.effect import Effect
-from identify.explain.hypothesis import Hypothesis
+from identify.explain.hypothesis import STRONG, Hypothesis
 from identify.explain.round import COMPARED, FULLER, NEXT, Round
 
 if TYPE_CHECKING:
@@ -20,7 +20,6 @@ EXCHANGED = 7  # rivals that an effect chosen early is exchanged for
 CROSSED = 3  # pairs of laws that are fitted in the place of the last two
 MISTAKEN = 0.02  # of what was explained: by as much first order may be mistaken about such a pair
 LATE = 0.02  # of what a law that makes signals late explains: by as much a lag may be behind and be a part of it
-CLEARLY = 10.0  # of twice a log of odds: very strong evidence (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773)
 LAPS = 12  # iterations after which an exchange that is far behind is not fitted further
 
 
@@ -91,7 +90,7 @@ def parted(bench: "Bench", hypothesis: Hypothesis, this: Round) -> Hypothesis:
     near = [h for h in lags if h.chi2 - hypothesis.chi2 < LATE * told]
     found = [_both(bench, *pair) for pair in combinations(near, 2) if not _alike(*(h.effects[-1] for h in pair))]
     best = max((h for h in found if bench.possible(h)), key=lambda h: h.advantage(hypothesis), default=hypothesis)
-    return best if best.advantage(hypothesis) > CLEARLY else hypothesis
+    return best if best.advantage(hypothesis) > STRONG else hypothesis
 
 
 def _alike(one: Effect, other: Effect) -> bool:

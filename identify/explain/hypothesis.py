@@ -14,6 +14,7 @@ FALSE_DISCOVERIES = 0.01  # share of findings on the training data that may be c
 WORTH = 0.2  # share of a misfit beyond the noise an effect must explain: less is what any wrong effect absorbs
 NOISE_KNOWN = 0.01  # how well the noise's variance is known at best; misfit below this is not told from noise
 LEAST_TOLD = 10.0
+STRONG = 10.0  # of twice a log of odds: very strong evidence (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773)
 BENT = 3.0  # times what the slope where a fit was left promises that it may still gain: valleys are bent
 
 

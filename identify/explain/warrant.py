@@ -7,7 +7,7 @@ from identify.blocks import Play
 from identify.effects.effect import Effect
 from identify.explain.anew import line_anew
 from identify.explain.bench import Bench
-from identify.explain.hypothesis import LEAST_TOLD, Hypothesis
+from identify.explain.hypothesis import LEAST_TOLD, STRONG, Hypothesis
 from identify.explain.locate import Located, located
 from identify.explain.rivals import left_to_explain, unheard
 from identify.explain.round import FORETOLD, Round
@@ -19,7 +19,6 @@ NEGLIGIBLE = 0.05  # share of what an effect explains that may remain without ca
 BY_THE_CLOCK = 0.5  # the same of what goes with the clock, where the effect does not: its law could not make that
 NO_CHANCE = 1e-6  # probability with which chance alone makes a line, below which it has not
 SAME_PLACE = 0.4  # share of what a name leaves, and a free-form correction finds, that one at its own place may explain
-STRONG = 10.0  # of twice a log of odds: very strong evidence (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773)
 
 
 @dataclass(frozen=True)

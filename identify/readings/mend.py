@@ -11,7 +11,7 @@ from identify.noise import good, grid_step_v
 from identify.observe import Observation, refined
 from identify.readings.blemish import Blemish
 from identify.readings.missing_samples import Loss, loss_in
-from identify.readings.outliers import Samples, outliers
+from identify.readings.outliers import Samples, far_out, outliers
 from identify.readings.spikes import spikes
 from identify.readings.stray import stray
 from identify.readings.uneven_noise import Uneven, uneven_noise
@@ -73,8 +73,9 @@ def mended(
     noise = uneven_noise(left[: len(training)], left[len(training) :]) if UNNAMED not in leave_out else None
     lsb_v = grid_step_v([*training, *proof])
     seen = [outliers(t, noise.evened(t, rest) if noise else rest, lsb_v) for t, rest in left]
+    far = far_out(seen[: len(training)])
     for name, thrown_off in (("spikes", spikes), (UNNAMED, stray)):
-        told, threshold = thrown_off(seen[: len(training)], seen[len(training) :])
+        told, threshold = thrown_off(far, seen[len(training) :])
         if told and name not in leave_out:
             found += told
             traces = [without(t, o.beyond(threshold)) for t, o in zip(traces, seen, strict=True)]

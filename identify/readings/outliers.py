@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -139,7 +140,7 @@ class FarOut:
         """Return how long was looked, s."""
         return float(sum(np.count_nonzero(o.looked_at) / o.trace.rate_hz for o in self.runs))
 
-    @property
+    @cached_property
     def faster(self) -> bool:
         """Return whether some move faster than others do: how fast what comes by itself meets them is chance."""
         ranks = np.concatenate([o.ranked(at) for o, at in zip(self.runs, self.out, strict=True)])

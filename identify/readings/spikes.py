@@ -15,7 +15,7 @@ from scipy.stats import norm
 from identify.effects.effect import Confusion
 from identify.interval import Interval
 from identify.readings.blemish import Blemish
-from identify.readings.outliers import Outliers, contradicted, far_out, poisson_rate
+from identify.readings.outliers import FarOut, Outliers, contradicted, poisson_rate
 from identify.stage import Parameter
 from identify.trace import Array
 
@@ -43,12 +43,12 @@ class Spikes(Blemish):
     )
 
 
-def spikes(training: Sequence[Outliers], proof: Sequence[Outliers]) -> tuple[tuple[Spikes, ...], float]:
-    """Return the spikes of the recordings, and the threshold in sd from which a reading is left out (inf for none).
+def spikes(seen: FarOut | None, proof: Sequence[Outliers]) -> tuple[tuple[Spikes, ...], float]:
+    """Return the spikes among readings that lie far out, and the threshold in sd from which one is left out.
 
-    Chosen on the training recordings; not reported where the held-out ones show far fewer than they should.
+    That is infinite where there are none. ``seen`` are of the training recordings; nothing is reported where the
+    held-out ones show far fewer than they should.
     """
-    seen = far_out(training)
     if seen is None or seen.faster:
         return (), float("inf")
     sizes = _without_tail(seen.sizes_v / seen.sd_v, seen.threshold)

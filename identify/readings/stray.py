@@ -11,7 +11,7 @@ import numpy as np
 
 from identify.interval import Interval
 from identify.readings.blemish import Blemish
-from identify.readings.outliers import Outliers, contradicted, far_out, moving, poisson_rate
+from identify.readings.outliers import FarOut, Outliers, contradicted, moving, poisson_rate
 from identify.stage import Parameter
 from identify.trace import Array
 from identify.unnamed.correction import UNNAMED
@@ -35,18 +35,17 @@ class StrayReadings(Blemish):
     declared: ClassVar = (Parameter("stray.rate", "1/s", "log"), Parameter("stray.off", "s", "log"))
 
 
-def stray(training: Sequence[Outliers], proof: Sequence[Outliers]) -> tuple[tuple[StrayReadings, ...], float]:
-    """Return the stray readings, and the threshold in sd from which one is left out (inf for none).
+def stray(seen: FarOut | None, proof: Sequence[Outliers]) -> tuple[tuple[StrayReadings, ...], float]:
+    """Return the stray readings among those that lie far out, and the threshold in sd from which one is left out.
 
-    Chosen on the training recordings; not reported where the held-out ones show far fewer than they should among those
-    that move as fast. ``rate``
-    is of those that stand out: of those at rest nothing is seen.
+    That is infinite where there are none. ``seen`` are of the training recordings; nothing is reported where the
+    held-out ones show far fewer than they should among those that move as fast. ``rate`` is of those that stand out: of
+    those at rest nothing is seen.
     """
-    seen = far_out(training)
     if seen is None or not seen.faster:
         return (), float("inf")
     fast_v = float(np.median(seen.moves_v))
-    share = np.count_nonzero(seen.moves_v >= fast_v) / moving(training, fast_v)
+    share = np.count_nonzero(seen.moves_v >= fast_v) / moving(seen.runs, fast_v)
     if contradicted(proof, seen.threshold, share, fast_v):
         return (), float("inf")
     rate_hz = np.repeat([o.trace.rate_hz for o in seen.runs], [out.size for out in seen.out])

@@ -120,7 +120,7 @@ class Sensed:
         here = self.answers(self.case.rig, others, self.case.seed)
         rows = []
         for i, one in enumerate(others):
-            for key, value in one.values.items():
+            for key, value in ((k, v) for k, v in one.values.items() if v):
                 moved = replace(one, values={**one.values, key: value * (1.0 + DIFFERENCE)})
                 there = (*others[:i], moved, *others[i + 1 :])
                 rows.append(self._left(self.answers(self.case.rig, there, self.case.seed) - here))

@@ -176,7 +176,7 @@ def test_wrong_bent_borders_are_refused_with_their_line(wrong: str, right: str, 
     ("physics:\n  hum: {amplitude: 1 V}\n  hum@sense: {amplitude: 2 V}\n",
      "r.yaml:9: physics.hum@sense: hum at sense twice"),
     ("physics:\n  hum@G1: {stage: sense, amplitude: 2 V}\n",
-     "r.yaml:8: physics.hum@G1.stage: hum@G1 elsewhere: sense; allowed: G1"),
+     "r.yaml:8: physics.hum@G1.stage: hum@G1 with another stage: sense; allowed: G1"),
     ("physics:\n  hum@G2: {amplitude: 2 V}\n", "r.yaml:8: physics.hum@G2"),
 ])
 def test_wrong_physics_is_refused_with_its_line(text: str, message: str) -> None:

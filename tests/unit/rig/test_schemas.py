@@ -1,6 +1,7 @@
 """Does an editor mark what the program refuses, and nothing that it accepts?"""
 
 import json
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -124,6 +125,16 @@ def test_every_effect_can_be_named_with_its_values() -> None:
         assert found("rig", {**data, "physics": {"saturation": values}})
     unnamed = {"form": "level", "at1": "1 V", "weight1": "1 V"}
     assert not found("rig", {**data, "physics": {"unnamed": unnamed, "unnamed_2": unnamed}})
+
+
+@pytest.mark.parametrize("second", ["extra_pole@G2", "extra_pole@F", "extra_pole@"])
+def test_an_effect_may_be_at_a_second_stage_of_its_own(second: str) -> None:
+    data: Any = parse_yaml(TEXTS["rig"], "").data
+    rig = {**data, "physics": {"extra_pole": {"tau": "1 ms"}, second: {"tau": "2 ms"}}, "fixed": [f"{second}.tau"]}
+    known = second == "extra_pole@G2"
+    assert bool(found("rig", rig)) is not known
+    with nullcontext() if known else pytest.raises(FileError):
+        read("rig", json.dumps(rig))
 
 
 @given(st.sampled_from(["V", "s", "Hz", "rad", "V/V", "V/s", ""]),

@@ -29,7 +29,7 @@ from identify.readings.coloured_noise import (
 from identify.readings.grid import COARSE, adc_steps
 from identify.readings.mend import answer, mended
 from identify.readings.missing_samples import MissingSamples, loss_in, with_gap
-from identify.readings.outliers import outliers
+from identify.readings.outliers import far_out, outliers
 from identify.readings.spectra import lines_of, power_of, spectra
 from identify.readings.spikes import Spikes, spikes
 from identify.readings.stray import StrayReadings, stray
@@ -80,7 +80,7 @@ def test_clean_readings_have_no_blemish(stimulus):
 
 def test_spikes_are_counted_measured_and_left_out():
     spiked = recording(Concealed("spikes", {"rate": 20.0, "size": 0.09}))
-    (found,), threshold = spikes([outliers(spiked, noise_of(spiked))], [])
+    (found,), threshold = spikes(far_out([outliers(spiked, noise_of(spiked))]), [])
     assert found.p_value < 1e-12
     assert found.values["rate"].low < 20.0 < found.values["rate"].high
     assert found.values["size"].low < 0.09 < found.values["size"].high
@@ -101,7 +101,7 @@ def test_the_tail_of_the_noise_does_not_make_large_spikes_smaller():
         out[563 * np.arange(sizes.size) + 3] = sizes
         return out
 
-    (found,), _ = spikes([far(0.4, 4.6, 0.02), far(0.4, 4.6, 0.03)], [])
+    (found,), _ = spikes(far_out([far(0.4, 4.6, 0.02), far(0.4, 4.6, 0.03)]), [])
     assert found.values["size"].value == pytest.approx(0.4, rel=6e-3)
 
 
@@ -280,8 +280,8 @@ def test_a_scatter_in_time_makes_no_spikes_and_hides_none():
     late, thrown = Concealed("jitter", {"sd": 1e-3}), Concealed("spikes", {"rate": 60.0, "size": 0.2})
     scattered, both = recording(late), recording(late, thrown)
     assert outliers(scattered, noise_of(scattered)).beyond(5.5).size > 3
-    assert spikes([outliers(scattered, noise_of(scattered))], []) == ((), float("inf"))
-    (found,), _ = spikes([outliers(both, noise_of(both))], [])
+    assert spikes(far_out([outliers(scattered, noise_of(scattered))]), []) == ((), float("inf"))
+    (found,), _ = spikes(far_out([outliers(both, noise_of(both))]), [])
     assert found.values["size"].value == pytest.approx(0.2, rel=0.05)
 
 
@@ -290,11 +290,11 @@ def test_readings_that_are_the_one_before_once_more_are_off_by_a_sample():
     stale = recording(Concealed("stale_reading", {"share": 0.003}), stimulus=wave)
     clean = recording(stimulus=wave, seed=6)
     seen, proof = (outliers(trace, noise_of(trace)) for trace in (stale, clean))
-    (found,), threshold = stray([seen], [seen])
+    (found,), threshold = stray(far_out([seen]), [seen])
     assert found.values["off"].low < 1.0 / stale.rate_hz < found.values["off"].high
     assert found.values["rate"].value < 0.003 * stale.rate_hz  # at rest none is seen
-    assert stray([seen], [proof]) == ((), float("inf"))
-    assert spikes([seen], [seen]) == ((), float("inf"))
+    assert stray(far_out([seen]), [proof]) == ((), float("inf"))
+    assert spikes(far_out([seen]), [seen]) == ((), float("inf"))
     again = mended(CHAIN, [stale], [], NOISE_V)
     assert [type(one) for one in again.found] == [StrayReadings]
     assert np.count_nonzero(~good(again.training[0])) == seen.beyond(threshold).size
@@ -314,7 +314,7 @@ def test_a_loss_that_shows_to_a_rough_look_alone_is_told_where_it_is_all_that_is
 
 def test_spikes_come_at_any_speed_and_are_no_stray_readings():
     spiked = recording(Concealed("spikes", {"rate": 30.0, "size": 0.2}))
-    assert stray([outliers(spiked, noise_of(spiked))], []) == ((), float("inf"))
+    assert stray(far_out([outliers(spiked, noise_of(spiked))]), []) == ((), float("inf"))
 
 
 def test_stale_readings_are_told_and_hide_neither_the_noise_nor_that_nothing_else_is_missing():
@@ -333,8 +333,8 @@ def test_spikes_that_the_held_out_readings_contradict_are_not_told():
     spiked = recording(Concealed("spikes", {"rate": 30.0, "size": 0.2}))
     clean = recording(seed=6)
     seen, proof = (outliers(trace, noise_of(trace)) for trace in (spiked, clean))
-    assert spikes([seen], [seen])[0]
-    assert spikes([seen], [proof]) == ((), float("inf"))
+    assert spikes(far_out([seen]), [seen])[0]
+    assert spikes(far_out([seen]), [proof]) == ((), float("inf"))
 
 
 @pytest.mark.parametrize("count", [1.0, 7.0, 60.0])
@@ -461,7 +461,7 @@ def test_where_readings_wander_from_one_to_the_next_none_is_thrown_off():
     wanders, thrown = Concealed("process_noise", {"sd": 0.3, "bandwidth": 3000.0}), Concealed("spikes", SPIKED)
     for physics, found in (((wanders,), 0), ((thrown,), 1)):
         trace = recording(*physics)
-        assert len(spikes([outliers(trace, noise_of(trace))], [])[0]) == found
+        assert len(spikes(far_out([outliers(trace, noise_of(trace))]), [])[0]) == found
 
 
 def test_steps_of_the_adc_are_told_when_they_matter_against_the_noise():
