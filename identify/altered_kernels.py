@@ -90,33 +90,37 @@ def plays_abreast(
 
 
 @njit(error_model="numpy", cache=True)
-def _pushed(above: float, per_unit: float, unit: float, gains: Array) -> float:
-    """Return the mean height of w above a shaking border after half a step, from a height ``above`` before it.
+def _pushed(w: float, border: float, per_unit: float, unit: float, gains: Array) -> float:
+    """Return the mean of w after half a step beside a border that shakes below it.
 
-    ``gains`` are how much is gained from heights 0, 1, 2 and so on, in a ``unit`` of height; beyond, nothing is.
+    ``gains`` are how much is gained from heights 0, 1, 2 and so on, in a ``unit`` of height; beyond, nothing is. For a
+    border above it, w, border, and what is returned are negative.
     """
-    at = max(above * per_unit, 0.0)
+    at = (w - border) * per_unit
     if not at < gains.size - 1:
-        return above
+        return w
+    at = max(at, 0.0)
     i = int(at)
-    return float(unit * (at + gains[i] + (at - i) * (gains[i + 1] - gains[i])))
+    return float(border + unit * (at + gains[i] + (at - i) * (gains[i + 1] - gains[i])))
 
 
 @njit(error_model="numpy", cache=True)
-def _followed(above: float, speed: float, per_unit: float, unit: float, gains: Array, rests: Array) -> float:
+def _followed(
+    w: float, border: float, speed: float, per_unit: float, unit: float, gains: Array, rests: Array
+) -> float:
     """Return as ``_pushed`` does, but of a border that came towards w at a ``speed``, in sd a unit of the noise's time.
 
     It pushes no further than where w would rest above a border that runs on like that: ``rests``, over x / (1 + x), x
-    the fourth root of the speed. However long a step is, a fast border is thus followed.
+    the fourth root of the speed. However long a step is, a fast border is thus followed; one out of reach pushes not.
     """
-    height = _pushed(above, per_unit, unit, gains)
-    if not speed > 0.0:
-        return height
+    there = _pushed(w, border, per_unit, unit, gains)
+    if there == w or not speed > 0.0:
+        return there
     root = np.sqrt(np.sqrt(speed))
     at = root / (1.0 + root) * rests.size
     i = min(int(at), rests.size - 2)
-    rest = unit * (rests[i] + (at - i) * (rests[i + 1] - rests[i]))
-    return float(height if height < rest else max(rest, min(height, above)))
+    rest = border + unit * (rests[i] + (at - i) * (rests[i + 1] - rests[i]))
+    return float(there if there < rest else max(rest, min(there, w)))
 
 
 @njit(error_model="numpy", cache=True)
@@ -132,14 +136,15 @@ def noisy_play(lower: Array, upper: Array, sd: Any, shaken: Any, hold: Any, stat
     gains, rests, per_sd, renewed = shaken
     per_l, per_u, unit_l, unit_u = per_sd / sd[0], per_sd / sd[1], sd[0] / per_sd, sd[1] / per_sd
     slow_l, slow_u = 1.0 / (sd[0] * renewed), 1.0 / (sd[1] * renewed)
+    still = hold == STILL
     for j in range(lower.size):
-        free, q = _held(hold, _middle(lower, upper, j), w, q)
+        free, q = (w, q) if still else _held(hold, _middle(lower, upper, j), w, q)
         low, high = lower[j], upper[j]
-        w = low + _followed(free - low, (low - last_l) * slow_l, per_l, unit_l, gains, rests)
-        w = high - _followed(high - w, (last_u - high) * slow_u, per_u, unit_u, gains, rests)
+        w = _followed(free, low, (low - last_l) * slow_l, per_l, unit_l, gains, rests)
+        w = -_followed(-w, -high, (last_u - high) * slow_u, per_u, unit_u, gains, rests)
         out[j] = w  # of the time around an instant, half is before it, and half behind
-        w = low + _pushed(w - low, per_l, unit_l, gains)
-        w = high - _pushed(high - w, per_u, unit_u, gains)
+        w = _pushed(w, low, per_l, unit_l, gains)
+        w = -_pushed(-w, -high, per_u, unit_u, gains)
         q += 0.5 * hold[4] * (w - free)
         last_l, last_u = low, high
     return w, q, last_l, last_u

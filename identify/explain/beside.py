@@ -8,8 +8,9 @@ import numpy as np
 
 from identify.explain.bench import Bench
 from identify.explain.carried import carried, price, weighed_again
+from identify.explain.free_form import fitted_from
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.locate import fitted_from, located
+from identify.explain.locate import located
 from identify.explain.round import Round
 from identify.explain.select import MOST_EFFECTS, Selected, selected
 from identify.explain.suspect import finer, is_fine

@@ -8,7 +8,7 @@ from identify.effects.effect import Effect
 from identify.explain.anew import line_anew
 from identify.explain.bench import Bench
 from identify.explain.hypothesis import LEAST_TOLD, STRONG, Hypothesis
-from identify.explain.locate import Located, located
+from identify.explain.locate import Located, located, within_reach
 from identify.explain.rivals import left_to_explain, unheard
 from identify.explain.round import FORETOLD, Round
 from identify.explain.suspect import is_fine
@@ -50,7 +50,7 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
     start = bench.again(rounds[1].base) if bench.carried and len(rounds) > 1 else plain
     hypothesis = final if len(earned) == len(steps) else earned[-1][1] if earned else start
     asked = len(hypothesis.effects) > 1 + len(start.effects) or _challenged(bench, start, hypothesis)
-    alone = located(bench, start) if asked else None
+    alone = located(bench, start) if asked and within_reach(bench, start, hypothesis) else None
     if alone is not None and _outdone(alone, hypothesis, bench.surprise):
         return Warranted(start, alone)
     goes_on = _goes_on(bench, hypothesis)

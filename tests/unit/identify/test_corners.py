@@ -9,7 +9,8 @@ from identify.chain import simulate
 from identify.effects import chain_of
 from identify.explain.bench import Bench
 from identify.explain.corners import again, slid
-from identify.explain.locate import DISGUISE, Located, _slid_on, located
+from identify.explain.free_form import slid_on
+from identify.explain.locate import DISGUISE, Located, located
 from identify.explain.prove import proven
 from identify.explain.shape import shape_of
 from identify.stage import Place
@@ -102,7 +103,7 @@ def test_corners_that_are_off_slide_to_the_rails_while_all_other_values_follow()
     there = bench(Concealed("saturation", {"upper": 9.0, "lower": -9.0}))
     off = OuterMap(Place.F, (-9.6, 9.5))
     begun = there.fitted(off.put_in(there.plain, dict.fromkeys(("unnamed.bend1", "unnamed.bend2"), -1.0)), ())
-    law, found = _slid_on(there, there.fitted(there.plain, ()), off, begun)
+    law, found = slid_on(there, there.fitted(there.plain, ()), off, begun)
     assert begun.misfit > 1.0
     assert found.misfit < 0.02
     assert law.knots == pytest.approx((-9.0, 9.0), abs=0.01)

@@ -220,6 +220,19 @@ def test_a_clamp_solves_the_equation_of_its_diodes(knee, forward, backward):
     assert np.all(np.diff(x[:1001]) > 0.0)
 
 
+@pytest.mark.parametrize("knee", [0.3, 5.0, 22.0])
+@pytest.mark.parametrize(("forward", "backward"), [(True, False), (False, True), (True, True)])
+def test_many_samples_are_read_between_those_that_are_solved(knee, forward, backward):
+    v = np.random.default_rng(4).uniform(-40.0, 60.0, 20_000)
+    v[:2] = -40.0, 60.0
+    many, alone, one = np.empty(v.size), np.empty(v.size), np.empty(1)
+    diode.clamped(knee, forward, backward, v, many)
+    for j in range(v.size):
+        diode.clamped(knee, forward, backward, v[j : j + 1], one)
+        alone[j] = one[0]
+    assert np.abs(many - alone).max() < 1e-13
+
+
 @given(st.floats(-50.0, 800.0))
 @settings(deadline=None, max_examples=300)
 def test_omega_is_wrights(z):

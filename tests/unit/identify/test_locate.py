@@ -14,7 +14,8 @@ from identify.evidence import Evidence
 from identify.explain.bench import Bench
 from identify.explain.contact import still
 from identify.explain.corrections import ripple_hz
-from identify.explain.locate import LAST, Located, ended, located, raced
+from identify.explain.free_form import LAST, begun, ended, raced
+from identify.explain.locate import BEHIND, EASILY, Located, located, within_reach
 from identify.explain.moments import where
 from identify.explain.prove import proven
 from identify.explain.rivals import left_to_explain
@@ -74,6 +75,18 @@ def test_on_finer_grids_the_same_corrections_are_fitted_and_none_is_looked_for(m
     other = fine.fitted(fine.plain.with_values({"F.D_L": 2.0}), (), 0)
     assert not located(fine, other).significant  # at other values they are looked for
     assert len(asked) == 1
+
+
+def test_a_correction_far_behind_names_after_a_first_fit_is_not_gone_after(monkeypatch: pytest.MonkeyPatch) -> None:
+    there = bench(BENT)
+    plain = there.fitted(there.plain, ())
+    best = min(h.chi2 for _, h in begun(there, plain).fitted)
+    told = replace(plain, chi2=best + 2.0 * EASILY)
+    monkeypatch.setattr("identify.explain.locate.begun", lambda *_: begun(there, plain))
+    assert within_reach(there, told, replace(plain, chi2=best - 0.9 * BEHIND))
+    assert not within_reach(there, told, replace(plain, chi2=best - 1.1 * BEHIND))
+    little = replace(plain, chi2=best - 1.1 * BEHIND + 0.9 * EASILY)
+    assert within_reach(there, little, replace(plain, chi2=best - 1.1 * BEHIND))  # other laws might make that little
 
 
 def test_a_bent_border_is_located_at_f_and_proven_on_another_run() -> None:

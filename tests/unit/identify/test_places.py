@@ -83,7 +83,7 @@ def test_where_a_fit_keeps_little_of_what_was_promised_others_are_fitted(monkeyp
     traces = [recorded(OP_AMP, s, (stuck,), NOISE_V, i, 3.0 * i, 8) for i, s in enumerate((WALK, WAVE, SMALL))]
     seen = tuple(observed(t, NOISE_V, 1) for t in traces)
     bench = Bench(chain_of(model_of(OP_AMP)), seen, (), (), noise_known=1.0)
-    monkeypatch.setattr("identify.explain.locate.contenders", lambda ranked, noise: [
+    monkeypatch.setattr("identify.explain.free_form.contenders", lambda ranked, noise: [
         s for s in ranked if (s.correction.form, s.correction.place) == (Hysteresis.form, Place.G1)
     ])  # fmt: skip
     told = located(bench, bench.fitted(bench.plain, ()))

@@ -219,7 +219,7 @@ def test_a_hypothesis_is_fitted_again_on_other_grids_alone_and_once(bench, monke
     assert there is not base
     assert there is finer.again(base) is finer.again(there)
     looks: list[int] = []
-    monkeypatch.setattr("identify.explain.locate.all_wanders", lambda base, seen: bool(looks.append(1)) or True)
+    monkeypatch.setattr("identify.explain.free_form.all_wanders", lambda base, seen: bool(looks.append(1)) or True)
     assert located(finer, there) is located(finer, there)
     assert len(looks) == 1
 

@@ -132,6 +132,7 @@ def test_no_names_are_earned_where_one_correction_does_better_alone(
 
     monkeypatch.setattr(Bench, "suspects", lambda bench, base: [promise])
     monkeypatch.setattr("identify.explain.warrant.located", left)
+    monkeypatch.setattr("identify.explain.warrant.within_reach", lambda *asked: True)
     found = warranted(bench, base, names, [Round(base, 0, (names,), settled=names)])
     assert (found.hypothesis.effects == effects) is earned
 

@@ -1,0 +1,159 @@
+"""Which corrections of free form are fitted, and how far is it worth going on with each?
+
+A large mismatch is not linear: what first order promises says little of what a fit makes of it. Where the first fits
+leave more than noise the others race, corners are moved to where they are best, and what is near the best is fitted to
+its end.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import compress
+
+from identify.chain import Chain
+from identify.explain.bench import Bench
+from identify.explain.corners import again, cornered, slid
+from identify.explain.hypothesis import Hypothesis
+from identify.explain.race import KEPT
+from identify.explain.steady import steady
+from identify.explain.suspect import LEVEL, Suspect, contenders, finer, is_fine, overlooked, unexplained
+from identify.explain.wander import all_wanders
+from identify.fit import total_chi_squared
+from identify.phases import turned_sines
+from identify.unnamed.correction import Correction
+from identify.unnamed.maps import BrokenMap
+
+ITERATIONS = 8  # a correction is nearly linear in its weights
+NEAR = 2.0  # times the best sum of squares, up to which a search cut short is ended
+MOVED, SLID = 2, 6  # times corners are sought anew, and slid, at most
+MOVABLE = 100.0  # times the best sum of squares, up to which they are moved
+STRIDE, LAST = 3, 3  # iterations of a lap of the race, corrections that come to its end
+
+
+@dataclass(frozen=True)
+class Begun:
+    """What corrections promise on top of a hypothesis, and the first fit of each that promises most.
+
+    ``ranked`` are all, with the variance ``noise`` that none explains; without significance nothing is fitted.
+    """
+
+    p_value: float
+    ranked: Sequence[Suspect] = ()
+    noise: float = 1.0
+    worth: Sequence[Suspect] = ()
+    fitted: Sequence[tuple[Correction, Hypothesis]] = ()
+
+
+def begun(bench: Bench, base: Hypothesis) -> Begun:
+    """Fit the corrections that promise most on top of a hypothesis, none to its end.
+
+    None where all that is left may be what its own effects do by chance.
+    """
+    if all_wanders(base, bench.observations):
+        return Begun(1.0)
+    ranked = bench.suspects(base)
+    p_value = min(min((len(ranked) * s.p_value for s in ranked), default=1.0), 1.0)
+    if p_value >= LEVEL:
+        return Begun(p_value)
+    evidence = bench.evidence(base)
+    noise = unexplained(evidence, ranked)
+    smooth = [finer(evidence, s, noise) for s in contenders(ranked, noise)]
+    worth = [*smooth, *cornered(evidence, ranked, noise)]
+    fitted = [(s.correction, fitted_from(bench, base, s)) for s in worth]
+    return Begun(p_value, ranked, noise, worth, fitted)
+
+
+def gone_on(
+    bench: Bench, base: Hypothesis, first: Begun
+) -> tuple[Sequence[Suspect], Sequence[tuple[Correction, Hypothesis]]]:
+    """Return the corrections that are worth a fit, and their fits; of lines those that are there in all runs alike."""
+    worth, fitted = first.worth, [slid_on(bench, base, correction, h) for correction, h in first.fitted]
+    told = base.chi2 - min(h.chi2 for _, h in fitted)
+    if min(h.misfit for _, h in fitted) > base.noise_known or told < KEPT * max(s.gain for s in first.ranked):
+        evidence, left = bench.evidence(base), overlooked(first.ranked, worth)
+        others = raced(bench, base, [s if s.correction.searched else finer(evidence, s, first.noise) for s in left])
+        worth, fitted = [*worth, *(s for s, _ in others)], [*fitted, *((s.correction, h) for s, h in others)]
+    reach = max(MOVABLE * min(h.chi2 for _, h in fitted), (1.0 + base.noise_known) * base.count)
+    fitted = [with_corners(bench, base, c, h) if h.chi2 < reach else (c, h) for c, h in fitted]
+    fitted = ended(bench, fitted)
+    kept = [steady(base, c, h) for c, h in fitted]
+    return (list(compress(worth, kept)), list(compress(fitted, kept))) if any(kept) else (worth, fitted)
+
+
+def raced(bench: Bench, base: Hypothesis, others: Sequence[Suspect]) -> list[tuple[Suspect, Hypothesis]]:
+    """Fit corrections side by side, a few iterations at a time, the better half each time further; return the last.
+
+    Where a mismatch is large the plain values stand in for it, and first order does not lead back from there: how much
+    a correction promises says little of what it explains once all values may follow.
+    """
+    running = [(s, fitted_from(bench, base, s, STRIDE)) for s in others]
+    while len(running) > LAST and min(h.misfit for _, h in running) > base.noise_known:
+        ahead = sorted(running, key=lambda pair: pair[1].chi2)[: max(len(running) // 2, LAST)]
+        running = [(s, bench.fitted(h.fit.chain, base.effects, STRIDE)) for s, h in ahead]
+    return sorted(running, key=lambda pair: pair[1].chi2)[:LAST]
+
+
+def fitted_from(bench: Bench, base: Hypothesis, found: Suspect, iterations: int = ITERATIONS) -> Hypothesis:
+    """Fit a correction on top of a hypothesis, from what solves the linear problem where that helps."""
+    still = found.correction.put_in(base.fit.chain)
+    solved = still.with_values(found.values)
+    if is_fine(found.correction):
+        return as_it_is(bench, base, solved)
+    helps = total_chi_squared(solved, bench.observations) < base.chi2
+    fitted = bench.fitted(solved if helps else still, base.effects, iterations)
+    if not found.correction.searched:
+        return fitted
+    turned = turned_sines(fitted.fit.chain, bench.observations, [p.name for p in found.correction.parameters()])
+    return fitted if turned is fitted.fit.chain else min(
+        (fitted, bench.fitted(turned, base.effects, iterations)), key=lambda h: h.chi2
+    )  # fmt: skip
+
+
+def as_it_is(bench: Bench, base: Hypothesis, chain: Chain) -> Hypothesis:
+    """Return a table as fine as the data on top of a hypothesis: it holds the answer already."""
+    return replace(base, fit=replace(base.fit, chain=chain), chi2=total_chi_squared(chain, bench.observations))
+
+
+def with_corners(
+    bench: Bench, base: Hypothesis, law: Correction, fitted: Hypothesis
+) -> tuple[Correction, Hypothesis]:
+    """Return a fit with corners moved to where they are best once the plain values are where the law lets them be."""
+    for _ in range(MOVED):
+        if not isinstance(law, BrokenMap) or fitted.misfit < base.noise_known:
+            break
+        plain = bench.fitted(base.fit.chain.with_values(fitted.fit.chain.values), base.effects, 0)
+        sought, found = again(bench.evidence(plain), law)
+        other, better = slid_on(bench, base, sought, fitted_from(bench, plain, found))
+        if better.chi2 > fitted.chi2 - 1.0:
+            break
+        law, fitted = other, better
+    return law, fitted
+
+
+def slid_on(bench: Bench, base: Hypothesis, law: Correction, fitted: Hypothesis) -> tuple[Correction, Hypothesis]:
+    """Return a fit whose corners, if it has any, are slid while all else follows, as often as that makes it better."""
+    for _ in range(SLID):
+        there = slid(law, fitted.fit.chain.values) if isinstance(law, BrokenMap) else None
+        if there is None:
+            break
+        moved, weights = there
+        chain = moved.put_in(base.fit.chain.with_values(fitted.fit.chain.values), weights)
+        better = bench.fitted(chain, base.effects, ITERATIONS)
+        if better.chi2 > fitted.chi2 - 1.0:
+            break
+        law, fitted = moved, better
+    return law, fitted
+
+
+def ended(bench: Bench, fitted: list[tuple[Correction, Hypothesis]]) -> list[tuple[Correction, Hypothesis]]:
+    """Fit to the end what has not come there and is near enough to the best that the order could change.
+
+    A table as fine as the data was solved, and is at its end.
+    """
+    best = min(h.chi2 for _, h in fitted)
+    close = [h.chi2 < NEAR * best and h.chi2 - h.hope <= best for _, h in fitted]
+    if sum(close) < 2:
+        return fitted
+    return [
+        (c, bench.fitted(h.fit.chain, h.effects) if near and not h.fit.converged and not is_fine(c) else h)
+        for (c, h), near in zip(fitted, close, strict=True)
+    ]
