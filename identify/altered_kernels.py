@@ -105,46 +105,60 @@ def _pushed(w: float, border: float, per_unit: float, unit: float, gains: Array)
 
 
 @njit(error_model="numpy", cache=True)
-def _followed(
-    w: float, border: float, speed: float, per_unit: float, unit: float, gains: Array, rests: Array
-) -> float:
-    """Return as ``_pushed`` does, but of a border that came towards w at a ``speed``, in sd a unit of the noise's time.
+def _rest(speed: float, unit: float, rests: Array) -> float:
+    """Return how high w rests above a border that runs on towards it at a ``speed``, in sd a unit of the noise's time.
 
-    It pushes no further than where w would rest above a border that runs on like that: ``rests``, over x / (1 + x), x
-    the fourth root of the speed. However long a step is, a fast border is thus followed; one out of reach pushes not.
+    ``rests`` are over x / (1 + x), x the fourth root of the speed; infinity where the border does not come nearer.
     """
-    there = _pushed(w, border, per_unit, unit, gains)
-    if there == w or not speed > 0.0:
-        return there
+    if not speed > 0.0:
+        return np.inf
     root = np.sqrt(np.sqrt(speed))
     at = root / (1.0 + root) * rests.size
     i = min(int(at), rests.size - 2)
-    rest = border + unit * (rests[i] + (at - i) * (rests[i + 1] - rests[i]))
-    return float(there if there < rest else max(rest, min(there, w)))
+    return float(unit * (rests[i] + (at - i) * (rests[i + 1] - rests[i])))
 
 
 @njit(error_model="numpy", cache=True)
-def noisy_play(lower: Array, upper: Array, sd: Any, shaken: Any, hold: Any, state: Any, out: Array) -> Any:
-    """Run the mean of a play whose borders shake by ``sd``, lower and upper, in units of w.
+def _followed(w: float, border: float, rest: float, per_unit: float, unit: float, gains: Array) -> float:
+    """Return as ``_pushed`` does, but no further above the border than where w would ``rest`` if that runs on.
+
+    However long a step is, a fast border is thus followed; one out of reach pushes not.
+    """
+    there = _pushed(w, border, per_unit, unit, gains)
+    highest = border + rest
+    return there if there == w or there < highest else max(highest, min(there, w))
+
+
+@njit(error_model="numpy", cache=True)
+def noisy_plays(
+    lower: Array, upper: Array, later_l: Array, later_u: Array, sd: Any, shaken: Any, hold: Any,
+    last: Any, w: Array, q: Array, out: Array,
+) -> Any:  # fmt: skip
+    """Run the mean of plays whose borders shake by ``sd``, lower and upper, in units of w.
 
     Half of a step's time is spent at its end, half of the next one's at its beginning: errors of the two cancel.
     ``shaken`` are the gains of ``_pushed``, the rests of ``_followed``, both in 1 / per_sd of a sd, per_sd, and a step
-    in the noise's unit of time; ``hold`` as in ``held_play``. ``state`` is (w, q, lower, upper), the last borders not a
-    number before the first step; it is returned as it ends.
+    in the noise's unit of time; ``hold`` as in ``held_play``, the rest as in ``plays_abreast``. ``last`` are the last
+    borders, not a number before the first step; they are returned, levels and charges are left as they end.
     """
-    w, q, last_l, last_u = state
     gains, rests, per_sd, renewed = shaken
     per_l, per_u, unit_l, unit_u = per_sd / sd[0], per_sd / sd[1], sd[0] / per_sd, sd[1] / per_sd
     slow_l, slow_u = 1.0 / (sd[0] * renewed), 1.0 / (sd[1] * renewed)
-    still = hold == STILL
+    still, share = hold == STILL, 1.0 / w.size
+    last_l, last_u = last
     for j in range(lower.size):
-        free, q = (w, q) if still else _held(hold, _middle(lower, upper, j), w, q)
-        low, high = lower[j], upper[j]
-        w = _followed(free, low, (low - last_l) * slow_l, per_l, unit_l, gains, rests)
-        w = -_followed(-w, -high, (last_u - high) * slow_u, per_u, unit_u, gains, rests)
-        out[j] = w  # of the time around an instant, half is before it, and half behind
-        w = _pushed(w, low, per_l, unit_l, gains)
-        w = -_pushed(-w, -high, per_u, unit_u, gains)
-        q += 0.5 * hold[4] * (w - free)
-        last_l, last_u = low, high
-    return w, q, last_l, last_u
+        rest_l = _rest((lower[j] - last_l) * slow_l, unit_l, rests)
+        rest_u = _rest((last_u - upper[j]) * slow_u, unit_u, rests)
+        middle, total = _middle(lower, upper, j), 0.0
+        for i in range(w.size):
+            low, high = lower[j] - later_l[i], upper[j] + later_u[i]
+            free, charge = (w[i], q[i]) if still else _held(hold, middle, w[i], q[i])
+            level = _followed(free, low, rest_l, per_l, unit_l, gains)
+            level = -_followed(-level, -high, rest_u, per_u, unit_u, gains)
+            total += level  # of the time around an instant, half is before it, and half behind
+            level = _pushed(level, low, per_l, unit_l, gains)
+            w[i] = -_pushed(-level, -high, per_u, unit_u, gains)
+            q[i] = charge + 0.5 * hold[4] * (w[i] - free)
+        out[j] = total * share
+        last_l, last_u = lower[j], upper[j]
+    return last_l, last_u

@@ -17,7 +17,8 @@ from identify.trace import Array
 
 # A contact spread over a width is that of plays so much of it apart, with the variance of an even spread.
 CONTACTS = ((np.arange(48) + 0.5) / 48 - 0.5) / np.sqrt(1.0 - 1.0 / 48**2)
-SHAKEN_CONTACTS = (-0.375, -0.125, 0.125, 0.375)  # the same where noise rounds each of them by itself
+SHAKEN_CONTACTS = np.array([-0.375, -0.125, 0.125, 0.375])  # the same where noise rounds each of them by itself
+ALONE = np.zeros(1)
 
 
 @dataclass(frozen=True)
@@ -51,15 +52,6 @@ class Law:
     bypass: float = 0.0
 
     def operators(self) -> Iterator[tuple[float, "Law"]]:
-        """Yield the weight and the law of every operator that shares in w; contacts that shake are run one by one."""
-        shaken = SHAKEN_CONTACTS if self.spread_v > 0.0 and self.noise_v > 0.0 else ()
-        for weight, law in self._gaps():
-            for d_v in (share * law.spread_v for share in shaken):
-                yield weight / len(shaken), replace(law, d_l_v=law.d_l_v + d_v, d_u_v=law.d_u_v - d_v, spread_v=0.0)
-            if not shaken:
-                yield weight, law
-
-    def _gaps(self) -> Iterator[tuple[float, "Law"]]:
         """Yield the weight and the law of every gap."""
         if self.second is None:
             yield 1.0, self
@@ -119,10 +111,11 @@ def _operator(law: Law, grid: Grid) -> Run:
     widening = _widening(law.late_s, grid)
     past = 0.5 * (law.s_l * law.d_l_v + law.s_u * law.d_u_v)  # from the middle between the borders to s v
     hold = (law.keep, law.climb + law.across * past, law.across, law.to_w, law.to_q)
-    spread = law.spread_v * CONTACTS
-    levels, charges = np.zeros(CONTACTS.size), np.zeros(CONTACTS.size)
     noise = shaken(law.kind, law.renewed) if law.noise_v > 0.0 else None
-    state: tuple[float, ...] = (0.0, 0.0) if noise is None else (0.0, 0.0, np.nan, np.nan)
+    spread = law.spread_v * (CONTACTS if noise is None else SHAKEN_CONTACTS if law.spread_v > 0.0 else ALONE)
+    later_l, later_u = law.s_l * spread, law.s_u * spread
+    levels, charges = np.zeros(spread.size), np.zeros(spread.size)
+    state: tuple[float, float] = (0.0, 0.0) if noise is None else (np.nan, np.nan)
 
     def run(block: Block) -> Array:
         nonlocal state
@@ -131,11 +124,13 @@ def _operator(law: Law, grid: Grid) -> Run:
         apart = apart + law.ripple(block) if law.ripple is not None else apart
         lower = _border(v - apart - law.d_l_v, law.s_l, law.bend)
         upper = _border(v + apart - law.d_u_v, law.s_u, law.bend)
-        if law.spread_v > 0.0:
-            altered_kernels.plays_abreast(lower, upper, law.s_l * spread, law.s_u * spread, hold, levels, charges, out)
-        elif noise is not None:
+        if noise is not None:
             sd = (abs(law.s_l) * law.noise_v, abs(law.s_u) * law.noise_v)
-            state = altered_kernels.noisy_play(lower, upper, sd, noise, hold, state, out)
+            state = altered_kernels.noisy_plays(
+                lower, upper, later_l, later_u, sd, noise, hold, state, levels, charges, out
+            )
+        elif law.spread_v > 0.0:
+            altered_kernels.plays_abreast(lower, upper, later_l, later_u, hold, levels, charges, out)
         else:
             state = altered_kernels.held_play(lower, upper, hold, state, out)
         return out

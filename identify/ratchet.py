@@ -36,7 +36,7 @@ def renewal(kind: Kind, bandwidth_hz: float, step_s: float) -> float:
 
 
 def shaken(kind: Kind, renewed: float) -> Shaken:
-    """Return what ``noisy_play`` asks of a noise that is ``renewed`` in a step: gains of half of it, and rests."""
+    """Return what ``noisy_plays`` asks of a noise that is ``renewed`` in a step: gains of half of it, and rests."""
     return gains(kind, 0.5 * renewed), rests(kind), PER_Z, renewed
 
 

@@ -14,7 +14,7 @@ from identify.explain.answer import Answer
 from identify.explain.bench import Bench
 from identify.explain.beside import selected_beside, selected_either
 from identify.explain.carried import alike_weighed, scatters_so
-from identify.explain.confirm import CONVINCING, adapted, improvement, unconfirmed, would_tell
+from identify.explain.confirm import CERTAIN_FALL, CONVINCING, adapted, improvement, unconfirmed, would_tell
 from identify.explain.everywhere import everywhere
 from identify.explain.explanation import Explanation
 from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
@@ -226,16 +226,18 @@ def confirmed(
     """Drop effects that do not make held-out data fit better, where these could tell; return the rest and those.
 
     What effects do by chance is noise to that, and held-out data that scatter so side with them; what is found beside
-    chance, which may look like anything once, has to be seen there again. The values of the rest are settled.
+    chance, which may look like anything once, has to be seen there again where chance could have made it. The values of
+    the rest are settled.
     """
     hypothesis, dropped = earned.hypothesis, []
     for effect in earned.hypothesis.effects:
         without = bench.without(hypothesis, effect)
         better, worse = adapted(hypothesis.fit.chain, test), adapted(without.fit.chain, test)
         told = would_tell(better, worse, test) / sqrt(hypothesis.swell)
-        side = improvement(better, worse, test)
-        unseen = hypothesis.swell > 1.0 and not effect.by_chance and side < CONVINCING * sqrt(hypothesis.swell)
-        against = unseen or unconfirmed(side, told, hypothesis.fall(without))
+        side, fallen = improvement(better, worse, test), hypothesis.fall(without)
+        may_be_chance = hypothesis.swell > 1.0 and not effect.by_chance and fallen < CERTAIN_FALL
+        unseen = may_be_chance and side < CONVINCING * sqrt(hypothesis.swell)
+        against = unseen or unconfirmed(side, told, fallen)
         if against and not scatters_so(bench, effect, better, test):
             hypothesis = without
             dropped.append(effect)

@@ -11,9 +11,11 @@ from tests.proof.stimuli import RATE_HZ
 
 def mean_level(v: np.ndarray, sd_v: float, renewed: float, kind: Kind) -> np.ndarray:
     """Return the mean of w as the product has it, for borders of slope 1."""
-    out, hold, state = np.empty(v.size), altered_kernels.STILL, (0.0, 0.0, np.nan, np.nan)
-    lower, upper = v - HALF_GAP_V, v + HALF_GAP_V
-    altered_kernels.noisy_play(lower, upper, (sd_v, sd_v), shaken(kind, renewed), hold, state, out)
+    out, alone, w, q = np.empty(v.size), np.zeros(1), np.zeros(1), np.zeros(1)
+    altered_kernels.noisy_plays(
+        v - HALF_GAP_V, v + HALF_GAP_V, alone, alone, (sd_v, sd_v), shaken(kind, renewed), altered_kernels.STILL,
+        (np.nan, np.nan), w, q, out,
+    )  # fmt: skip
     return out
 
 
