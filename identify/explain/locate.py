@@ -27,7 +27,7 @@ DISGUISE = 0.25  # odds of what is less likely where it does the same: a law of 
 ROUNDED = 5e-4  # of a misfit: by as much the right correction may be behind one elsewhere, as knots round either
 TEMPER = 0.05  # of a log likelihood: corrections are families near the truth, not the truth
 EASILY = 3e4  # of chi-squared, that no laws explain which stand in for others, without leaving some of it
-BEHIND = 1e3  # of chi-squared, by which a first fit may be behind and still come to what it could
+BEHIND, NEARER = 1e3, 1.0  # of chi-squared, or times what is to be left, by which a first fit may be behind that
 
 
 @dataclass(frozen=True)
@@ -154,16 +154,26 @@ def _located(bench: Bench, base: Hypothesis) -> Located:
     return _ordered(Located(base, tuple(fitted), first.p_value, prices, _promised(first.ranked, base)))
 
 
-def within_reach(bench: Bench, base: Hypothesis, names: Hypothesis) -> bool:
-    """Return whether one correction of free form may come to what names leave, as far as a first fit of each tells.
+def within_reach(bench: Bench, base: Hypothesis, chi2: float) -> bool:
+    """Return whether one correction of free form may come to a chi-squared, as far as a first fit of each tells.
 
     What follows such a fit takes far longer, and brings nearer by a part. Where names explain so much that laws which
     stand in for others would have left some of it, that is not gone after.
     """
-    if bench.told_before(_located, base) is not None or base.chi2 - names.chi2 < EASILY:
+    if base.chi2 - chi2 < EASILY:
         return True
-    tried = bench.remembered(begun, base).fitted
-    return any(h.chi2 - names.chi2 < BEHIND for correction, h in tried if not is_fine(correction))
+    behind = max(BEHIND, NEARER * (chi2 - base.count))
+    return any(h.chi2 - chi2 < behind for h in first_fits(bench, base))
+
+
+def first_fits(bench: Bench, base: Hypothesis) -> list[Hypothesis]:
+    """Return corrections of few numbers as first fitted on top of a hypothesis, or to the end where they were before.
+
+    Tables as fine as the data are none.
+    """
+    known = bench.told_before(_located, base) is not None
+    tried = located(bench, base).fitted if known else bench.remembered(begun, base).fitted
+    return [h for correction, h in tried if not is_fine(correction)]
 
 
 def _once_more(bench: Bench, base: Hypothesis, before: Located) -> Located:

@@ -11,7 +11,7 @@ from identify.explain.bench import Bench
 from identify.explain.decide import decided
 from identify.explain.exchange import exchanged
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.locate import located
+from identify.explain.locate import first_fits, located, within_reach
 from identify.explain.neighbours import resettled
 from identify.explain.prune import pruned
 from identify.explain.round import WHOLE, Round, counts
@@ -101,8 +101,11 @@ def _hopeless(bench: Bench, start: Hypothesis, best: Hypothesis) -> float:
     """
     if bench.complete(best) or best.swell > 1.0:
         return 0.0
-    told = [h for c, h in located(bench, bench.again(start)).fitted if not is_fine(c)]
-    return min((h.chi2 for h in told if h.misfit < FAR_LESS * best.misfit), default=0.0)
+    start, enough = bench.again(start), (1.0 + FAR_LESS * best.misfit) * best.count
+    told = [h.chi2 for h in first_fits(bench, start)]
+    if min(told, default=inf) >= enough and within_reach(bench, start, enough):
+        told = [h.chi2 for c, h in located(bench, start).fitted if not is_fine(c)]
+    return min((chi2 for chi2 in told if chi2 < enough), default=0.0)
 
 
 def _explainable(bench: Bench, base: Hypothesis) -> float:

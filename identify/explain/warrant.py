@@ -50,7 +50,7 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
     start = bench.again(rounds[1].base) if bench.carried and len(rounds) > 1 else plain
     hypothesis = final if len(earned) == len(steps) else earned[-1][1] if earned else start
     asked = len(hypothesis.effects) > 1 + len(start.effects) or _challenged(bench, start, hypothesis)
-    alone = located(bench, start) if asked and within_reach(bench, start, hypothesis) else None
+    alone = located(bench, start) if asked and within_reach(bench, start, hypothesis.chi2) else None
     if alone is not None and _outdone(alone, hypothesis, bench.surprise):
         return Warranted(start, alone)
     goes_on = _goes_on(bench, hypothesis)

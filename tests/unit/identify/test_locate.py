@@ -14,8 +14,8 @@ from identify.evidence import Evidence
 from identify.explain.bench import Bench
 from identify.explain.contact import still
 from identify.explain.corrections import ripple_hz
-from identify.explain.free_form import LAST, begun, ended, raced
-from identify.explain.locate import BEHIND, EASILY, Located, located, within_reach
+from identify.explain.free_form import LAST, Begun, begun, ended, raced
+from identify.explain.locate import BEHIND, EASILY, NEARER, Located, located, within_reach
 from identify.explain.moments import where
 from identify.explain.prove import proven
 from identify.explain.rivals import left_to_explain
@@ -83,10 +83,19 @@ def test_a_correction_far_behind_names_after_a_first_fit_is_not_gone_after(monke
     best = min(h.chi2 for _, h in begun(there, plain).fitted)
     told = replace(plain, chi2=best + 2.0 * EASILY)
     monkeypatch.setattr("identify.explain.locate.begun", lambda *_: begun(there, plain))
-    assert within_reach(there, told, replace(plain, chi2=best - 0.9 * BEHIND))
-    assert not within_reach(there, told, replace(plain, chi2=best - 1.1 * BEHIND))
-    little = replace(plain, chi2=best - 1.1 * BEHIND + 0.9 * EASILY)
-    assert within_reach(there, little, replace(plain, chi2=best - 1.1 * BEHIND))  # other laws might make that little
+    assert within_reach(there, told, best - 0.9 * BEHIND)
+    assert not within_reach(there, told, best - 1.1 * BEHIND)
+    left = 3.0 * BEHIND
+    much = plain.count + left  # where as much is left by names, a first fit may be behind by some of it
+    told = replace(plain, chi2=much + 2.0 * EASILY)
+    behind = much + NEARER * left - best
+    fits = [(c, replace(h, chi2=h.chi2 + behind)) for c, h in begun(there, plain).fitted]
+    for more, reached in ((-1.0, True), (1.0, False)):
+        moved = [(c, replace(h, chi2=h.chi2 + more)) for c, h in fits]
+        monkeypatch.setattr("identify.explain.locate.begun", lambda *_, fits=moved: Begun(0.0, fitted=fits))
+        assert within_reach(replace(there, asked={}), told, much) is reached
+    little = replace(plain, chi2=much + 0.9 * EASILY)
+    assert within_reach(there, little, much)  # other laws might make that little
 
 
 def test_a_bent_border_is_located_at_f_and_proven_on_another_run() -> None:
