@@ -78,21 +78,22 @@ def _explained(
     """Go the whole way with a model that can be fitted; what is found at its end may have it gone once more."""
     note("fitting the plain model", 0.02)
     readings = read(model, traces, hold_out, lambda data: prepared(model, data, look.leave_out), look)
-    data, bench, plain = readings.data, readings.bench, readings.plain
     held = _beside_losses(model, traces, hold_out, note, replace(look, held=True)) if readings.doubtful else None
     if held is not None:
         return held
     note("locating the mismatch", 0.1)
-    seen = surveyed(bench, plain)
+    seen = surveyed(readings.bench, readings.plain)
     found = _found(readings, note, look)
     if isinstance(found, Chain):
         return _explained(model, traces, hold_out, note, replace(look, against=found))
     bench, final, rounds = found
     note("checking the names against free-form corrections", 0.75)
-    plain = bench.again(rounds[0].base if rounds else plain)
+    plain = bench.again(rounds[0].base if rounds else readings.plain)
     earned = warranted(bench, plain, final, rounds)
+    if no_chance := _no_chance(final, earned):
+        return _explained(model, traces, hold_out, note, replace(look, leave_out=(*look.leave_out, *no_chance)))
     note("confirming on held-out data", 0.9)
-    data = _to_prove(bench, final, earned, data)
+    data = _to_prove(bench, final, earned, readings.data)
     kept, dropped = confirmed(bench, earned, data.test)
     reading, again = _looked_again(readings, kept, data, look)
     other = _explained(model, traces, hold_out, note, again) if again is not None else None
@@ -107,6 +108,16 @@ def _to_prove(bench: Bench, final: Hypothesis, earned: Warranted, data: Split) -
     """Return the data with what is held out weighed as the rest is, on grids fine enough for what is to be proven."""
     test = alike_weighed(bench, final.fit.chain, data.test)
     return replace(data, test=tuple(refined(o, earned.hypothesis.fit.chain) for o in test))
+
+
+def _no_chance(final: Hypothesis, earned: Warranted) -> tuple[str, ...]:
+    """Return the ids of what acts by chance that did not earn its name where something else is left to be explained.
+
+    A law may make all of it, which nobody looked for beside that chance.
+    """
+    if not earned.beyond.significant:
+        return ()
+    return tuple(effect.id for effect in final.effects if effect.by_chance and effect not in earned.hypothesis.effects)
 
 
 def _found(readings: Readings, note: Note, look: Look) -> Selected | Chain:

@@ -43,6 +43,27 @@ def test_a_second_look_is_believed_unless_it_sees_less(monkeypatch):
     assert (told.verdict, [finding.id for finding in told.effects]) == ("explained", ["saturation"])
 
 
+def test_what_was_taken_for_chance_and_is_not_is_looked_for_without_it(monkeypatch):
+    """What a slow gain leaves of one repeat for the next differs like chance; beside that no law was asked for it."""
+    train = [recorded(OP_AMP, run, RAILS, 0.01, i, 2.0 * i, 8) for i, run in enumerate(RUNS)]
+    noise, search, earn, looks = catalogue()["process_noise"](Place.G1), WAY._found, WAY.warranted, []
+
+    def found(readings, note, look):
+        looks.append(look.leave_out)
+        if look.leave_out:
+            return search(readings, note, look)
+        return readings.bench, replace(readings.plain, effects=(noise,)), []
+
+    def without(bench, plain, final, rounds):
+        return earn(bench, plain, final if noise not in final.effects else plain, rounds)
+
+    monkeypatch.setattr(WAY, "_found", found)
+    monkeypatch.setattr(WAY, "warranted", without)
+    told = explain(model_of(OP_AMP), train)
+    assert looks == [(), ("process_noise",)]
+    assert [finding.id for finding in told.effects] == ["saturation"]
+
+
 def test_a_loss_that_a_lag_hides_is_asked_first_and_all_the_rest_once(monkeypatch):
     """It makes repeats differ, as noise in front of the gap would; that was tried first, for two minutes."""
     case, searched = drawn(Key(62, "pair", "pair", 4), known_effects()), []
