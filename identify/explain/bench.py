@@ -203,8 +203,13 @@ class Bench:
         """Screen effects on the residual of ``base`` and fit those that promise most, ``least`` in chi-squared.
 
         Where no correction of free form finds even a hint of anything, those that may show to none are screened alone.
-        Of what acts by chance that is not asked: first order foresees the mean of it alone.
+        Of what acts by chance that is not asked: first order foresees the mean of it alone. What nothing is asked of is
+        remembered.
         """
+        return self._round(base, least) if least else self.remembered(Bench._round, base)
+
+    def _round(self, base: Hypothesis, least: float = 0.0) -> "Round":
+        """Screen and fit as ``round`` says."""
         evidence = self.evidence(base)
         screened = candidates(evidence, self._worth_a_look(base))
         looks = max(len(screened), sum(len(list(kind.variants())) for kind in self.kinds))

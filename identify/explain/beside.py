@@ -11,7 +11,7 @@ from identify.explain.carried import carried, price, weighed_again
 from identify.explain.free_form import fitted_from
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import located
-from identify.explain.round import Round
+from identify.explain.round import FORETOLD, Round
 from identify.explain.select import MOST_EFFECTS, Selected, selected
 from identify.explain.suspect import finer, is_fine
 from identify.explain.wander import changes
@@ -57,6 +57,14 @@ def selected_beside(bench: Bench, plain: Hypothesis, note: Note) -> Selected | N
     if _does_without(bench, bench.without(final, law), price(beside, final)):
         return None
     return beside, final, [Round(weighed.without(base, law), 0, (base,)), *rounds]
+
+
+def foretold(bench: Bench, plain: Hypothesis) -> bool:
+    """Return whether a law foretells most of what repeats differ by: one may leave something of itself for the next."""
+    before = float(np.sum(changes(plain.fit.chain, bench.observations)[:, 0]))
+    likely = [h for h in bench.round(plain).tried if not h.effects[-1].by_chance][:CLOSELY]
+    left = (float(np.sum(changes(h.fit.chain, bench.observations)[:, 0])) for h in likely)
+    return any(before - rest > FORETOLD * before for rest in left)
 
 
 def _does_without(bench: Bench, without: Hypothesis, asked: float) -> bool:
