@@ -1,10 +1,13 @@
 """May the same law be at two places of one rig?"""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from identify.effects import catalogue, chain_of
 from identify.explain.bench import Bench
+from identify.explain.exchange import parted
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located
 from identify.explain.rivals import odds
@@ -101,6 +104,13 @@ def test_two_lags_are_told_one_in_front_of_the_gap_and_one_behind_it() -> None:
     assert {effect.id for effect in final.effects} <= {"extra_pole", "source_pole"}
     assert found.pop(Place.G2) == pytest.approx(taus[1], rel=0.05)
     assert [*found.values()] == [pytest.approx(taus[0], rel=0.05)]
+
+
+def test_one_lag_that_was_tried_from_two_starts_is_no_pair_of_them() -> None:
+    bench = bench_of(*(Concealed(f"extra_pole in {place}", {"tau": 3e-4}) for place in ("G1", "G2")))
+    this = bench.round(bench.fitted(bench.plain, ()))
+    ring, lag = (next(h for h in this.tried if h.effects[-1].id == name) for name in ("resonance", "extra_pole"))
+    assert parted(bench, ring, replace(this, tried=(ring, lag, lag))) is ring
 
 
 def test_what_rings_stays_a_resonance() -> None:
