@@ -10,7 +10,7 @@ import pytest
 from identify.colour import Colour
 from identify.effects import catalogue
 from identify.explain.bench import Bench
-from identify.explain.beside import selected_beside, selected_either
+from identify.explain.beside import foretold, selected_beside, selected_either
 from identify.explain.carried import (
     SURE,
     alike_weighed,
@@ -194,6 +194,14 @@ def test_how_much_noise_scatters_that_repeats_have_told_excludes_nothing_beside_
     monkeypatch.setattr("identify.explain.bench.scatters_more", lambda *_: True)
     assert bench.possible(base)
     assert not replace(bench, carried=None).possible(base)
+
+
+def test_a_law_that_foretells_what_repeats_differ_by_is_believed_first(noisy):
+    """A gain that takes seconds to cool is another in the next repeat; noise is, too, and no law foretells that."""
+    bench, plain, _ = begun(Concealed("self-heating in G1", {"k": -0.17, "tau": 1.8}))
+    assert changes(plain.fit.chain, bench.observations)[0, 0] > 0.0
+    assert foretold(bench, plain)
+    assert not foretold(*noisy[:2])
 
 
 def test_physics_that_the_noise_had_hidden_is_found_beside_it():

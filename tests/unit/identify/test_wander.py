@@ -11,6 +11,7 @@ from identify.effects import catalogue, chain_of
 from identify.evidence import Evidence
 from identify.explain.bench import Bench
 from identify.explain.chance import as_large, scatter_of
+from identify.explain.confirm import CERTAIN_FALL
 from identify.explain.explain import confirmed, explain
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located, located
@@ -146,6 +147,10 @@ def test_what_is_found_beside_chance_has_to_be_seen_again(noisy, monkeypatch):
     for side, swell, lost in ((1.0, 1.0, ()), (1.0, 9.0, (bypass,)), (7.0, 9.0, ())):
         monkeypatch.setattr(WAY, "improvement", lambda better, worse, test, side=side: side)
         assert dropped(noisy, replace(found, swell=swell), (PRESENT,)) == lost
+    monkeypatch.setattr(WAY, "improvement", lambda better, worse, test: 1.0)
+    for fallen, lost in ((0.9 * CERTAIN_FALL, (bypass,)), (1.1 * CERTAIN_FALL, ())):  # more than chance can make
+        monkeypatch.setattr(Hypothesis, "fall", lambda self, other, fallen=fallen: fallen)
+        assert dropped(noisy, replace(found, swell=9.0), (PRESENT,)) == lost
 
 
 def test_no_more_is_chance_than_differs_from_repeat_to_repeat():
