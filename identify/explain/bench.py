@@ -54,7 +54,8 @@ SAME = 1e-3  # of chi-squared, by which a hypothesis on finer grids may differ a
 class Bench:
     """The data, how well the variance of their noise is known, and the plain chain all hypotheses are built on.
 
-    The data may be weighed beside what a law ``carried`` along by chance.
+    The data may be weighed beside what a law ``carried`` along by chance. A bench of other data, kinds or noise starts
+    with nothing ``known`` or ``asked``.
     """
 
     plain: Chain

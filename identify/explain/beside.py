@@ -76,7 +76,7 @@ def _does_without(bench: Bench, without: Hypothesis, asked: float) -> bool:
     if price(bench, without) < asked:
         return True
     if float(np.sum(changes(without.fit.chain, bench.observations)[0])) > asked:
-        free = replace(bench, kinds=tuple(kind for kind in bench.kinds if kind.axis in ANOTHER))
+        free = replace(bench, kinds=tuple(kind for kind in bench.kinds if kind.axis in ANOTHER), asked={})
         return _named(free, without, asked) or _unrepeated(bench, without, asked)
     laws = (h for c, h in located(bench, without).fitted if not is_fine(c))
     return _named(bench, without, asked) or any(price(bench, h) < asked for h in laws)

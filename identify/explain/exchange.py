@@ -5,6 +5,7 @@ found after it also covers for what it does wrongly: beside that other law, agai
 """
 
 from collections.abc import Sequence
+from functools import partial
 from itertools import combinations
 from math import inf
 from typing import TYPE_CHECKING
@@ -20,6 +21,7 @@ EXCHANGED = 7  # rivals that an effect chosen early is exchanged for
 CROSSED = 3  # pairs of laws that are fitted in the place of the last two
 MISTAKEN = 0.02  # of what was explained: by as much first order may be mistaken about such a pair
 LATE = 0.02  # of what a law that makes signals late explains: by as much a lag may be behind and be a part of it
+TOLD = 4.0  # standard deviations from which a number is told
 LAPS = 12  # iterations after which an exchange that is far behind is not fitted further
 
 
@@ -144,7 +146,8 @@ def swapped(
     found = bench.once(effects, fitted)
     if found.chi2 - hypothesis.chi2 > FULLER and _far(bench, hypothesis, effect, found):
         return found
-    return max([found, *(_filled(bench, found, law, form) for form in law.fuller())], key=lambda h: h.advantage(found))
+    fuller = [_filled(bench, found, law, form) for form in law.fuller()]
+    return max([found, *fuller, *_emptied(bench, found, law)], key=lambda h: h.advantage(found))
 
 
 def _far(bench: "Bench", hypothesis: Hypothesis, effect: Effect, found: Hypothesis) -> bool:
@@ -154,6 +157,17 @@ def _far(bench: "Bench", hypothesis: Hypothesis, effect: Effect, found: Hypothes
     """
     told = bench.without(hypothesis, effect).chi2 - hypothesis.chi2
     return found.chi2 - hypothesis.chi2 > NEXT * told
+
+
+def _emptied(bench: "Bench", found: Hypothesis, law: Effect) -> list[Hypothesis]:
+    """Fit the forms of a law that lack a number which is not told beside the others, as it may have been alone."""
+    fitted = []
+    for form in (form for form in law.variants() if law in form.fuller()):
+        lost = {p.name for p in law.parameters()} - {p.name for p in form.parameters()}
+        if all(abs(found.fit.chain.values[name]) < TOLD * found.fit.sd(name) for name in lost):
+            effects = found.effects_with(form, law)
+            fitted.append(bench.once(effects, partial(bench.reformed, found, law, form)))
+    return fitted
 
 
 def _filled(bench: "Bench", found: Hypothesis, law: Effect, form: Effect) -> Hypothesis:

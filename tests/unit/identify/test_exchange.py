@@ -63,6 +63,18 @@ def test_a_law_is_exchanged_for_another_in_the_form_that_does_best_beside_the_re
     assert exchanged(droops, chosen, [first]).effects == (BOTH, BYPASS)
 
 
+@pytest.mark.parametrize(("k2", "form"), [(0.0, "cube"), (2e-3, "square and cube")])
+def test_a_number_that_is_not_told_beside_the_rest_is_none_of_the_law(k2: float, form: str) -> None:
+    """Alone a law may need two for what the other physics does; beside that each costs it its place."""
+    there = bench(Concealed("adc_nonlinearity", {"k2": k2, "k3": -3e-4}), Concealed("feedthrough", {"k": 0.011}))
+    bent = catalogue()["adc_nonlinearity"](Place.SENSE, "square and cube")
+    start = {"adc_nonlinearity.k2": k2, "adc_nonlinearity.k3": -3e-4, "soft_saturation.level": 40.0, **TRUTH}
+    soft = SOFT(Place.F, "tanh both")
+    chosen = there.fitted(there.with_effects((soft, BYPASS), start), (soft, BYPASS))
+    alone = there.fitted(there.with_effects((bent,), start), (bent,))
+    assert swapped(there, chosen, soft, alone).effects == (replace(bent, form=form), BYPASS)
+
+
 def test_a_fuller_form_is_fitted_once_and_to_its_end_only_where_it_may_do_better(
     droops: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -244,7 +256,7 @@ def test_what_no_first_order_foresees_is_fitted_unless_what_was_fitted_explains_
     assert base.misfit > 0.05
     for known, looks in ((0.05, 0), (1e-9 - 1.0, 1), (1e3, 1)):  # explained; still much left; nothing known at all
         asked.clear()
-        replace(few, noise_known=known).round(base)
+        replace(few, noise_known=known, asked={}).round(base)
         assert len(asked) == looks
 
 
