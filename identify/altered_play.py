@@ -112,7 +112,8 @@ def _operator(law: Law, grid: Grid) -> Run:
     past = 0.5 * (law.s_l * law.d_l_v + law.s_u * law.d_u_v)  # from the middle between the borders to s v
     hold = (law.keep, law.climb + law.across * past, law.across, law.to_w, law.to_q)
     noise = shaken(law.kind, law.renewed) if law.noise_v > 0.0 else None
-    spread = law.spread_v * (CONTACTS if noise is None else SHAKEN_CONTACTS if law.spread_v > 0.0 else ALONE)
+    contacts = ALONE if law.spread_v == 0.0 else CONTACTS if noise is None else SHAKEN_CONTACTS
+    spread = law.spread_v * contacts
     later_l, later_u = law.s_l * spread, law.s_u * spread
     levels, charges = np.zeros(spread.size), np.zeros(spread.size)
     state: tuple[float, float] = (0.0, 0.0) if noise is None else (np.nan, np.nan)

@@ -147,7 +147,7 @@ def swapped(
     if found.chi2 - hypothesis.chi2 > FULLER and _far(bench, hypothesis, effect, found):
         return found
     fuller = [_filled(bench, found, law, form) for form in law.fuller()]
-    return max([found, *fuller, *_emptied(bench, found, law)], key=lambda h: h.advantage(found))
+    return max([found, *fuller, *_simpler(bench, found, law)], key=lambda h: h.advantage(found))
 
 
 def _far(bench: "Bench", hypothesis: Hypothesis, effect: Effect, found: Hypothesis) -> bool:
@@ -159,10 +159,10 @@ def _far(bench: "Bench", hypothesis: Hypothesis, effect: Effect, found: Hypothes
     return found.chi2 - hypothesis.chi2 > NEXT * told
 
 
-def _emptied(bench: "Bench", found: Hypothesis, law: Effect) -> list[Hypothesis]:
+def _simpler(bench: "Bench", found: Hypothesis, law: Effect) -> list[Hypothesis]:
     """Fit the forms of a law that lack a number which is not told beside the others, as it may have been alone."""
     fitted = []
-    for form in (form for form in law.variants() if law in form.fuller()):
+    for form in law.simpler():
         lost = {p.name for p in law.parameters()} - {p.name for p in form.parameters()}
         if all(abs(found.fit.chain.values[name]) < TOLD * found.fit.sd(name) for name in lost):
             effects = found.effects_with(form, law)

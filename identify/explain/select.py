@@ -59,7 +59,7 @@ def selected(
         finer = bench.fine_enough(this.best)
         best = this.best if finer is bench else finer.fitted(this.best.fit.chain, this.best.effects)
         bench, best = finer, resettled(finer, best)
-        if (all_wanders(best, bench.observations) and not best.proven) or (number and best.swell > 1.0):
+        if (all_wanders(best, bench.observations) and not best.proven) or (number > 0 and best.swell > 1.0):
             break  # what chance makes of the rest, no third law tells
     return bench, pruned(bench, best), rounds
 

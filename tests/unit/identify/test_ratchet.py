@@ -9,12 +9,14 @@ from tests.proof.ratchet import HALF_GAP_V, Noise, ratcheted, stairs, waves
 from tests.proof.stimuli import RATE_HZ
 
 
-def mean_level(v: np.ndarray, sd_v: float, renewed: float, kind: Kind) -> np.ndarray:
-    """Return the mean of w as the product has it, for borders of slope 1."""
-    out, alone, w, q = np.empty(v.size), np.zeros(1), np.zeros(1), np.zeros(1)
+def mean_level(
+    v: np.ndarray, sd_v: float, renewed: float, kind: Kind, later_v=(0.0,), hold=altered_kernels.STILL
+) -> np.ndarray:
+    """Return the mean of w as the product has it, for borders of slope 1 of which contacts take hold ``later_v``."""
+    later, out = np.array(later_v), np.empty(v.size)
     altered_kernels.noisy_plays(
-        v - HALF_GAP_V, v + HALF_GAP_V, alone, alone, (sd_v, sd_v), shaken(kind, renewed), altered_kernels.STILL,
-        (np.nan, np.nan), w, q, out,
+        v - HALF_GAP_V, v + HALF_GAP_V, later, later, (sd_v, sd_v), shaken(kind, renewed), hold,
+        (np.nan, np.nan), np.zeros(later.size), np.zeros(later.size), out,
     )  # fmt: skip
     return out
 
@@ -73,3 +75,14 @@ def test_a_fast_border_meets_a_low_passed_noise_as_brownian_motion():
     x = np.sqrt(np.sqrt(speeds))
     found = np.interp(x / (1.0 + x), np.arange(SPEEDS) / SPEEDS, rests("low-pass")) / PER_Z
     assert np.allclose(found, 2.0 / (np.pi * speeds), rtol=0.03)
+
+
+@pytest.mark.parametrize("hold", [altered_kernels.STILL, (0.999, 1e-4, 0.0, 1e-3, 2e-3)])
+def test_contacts_that_shake_side_by_side_are_the_mean_of_each_alone(hold):
+    v = 3.0 * HALF_GAP_V * np.sin(np.linspace(0.0, 20.0, 4000))
+    v[1000:1500] = v[1000]
+    contacts = np.array([-0.2, 0.05, 0.3]) * HALF_GAP_V
+    each = [mean_level(v, 0.05 * HALF_GAP_V, 0.3, "low-pass", (later,), hold) for later in contacts]
+    together = mean_level(v, 0.05 * HALF_GAP_V, 0.3, "low-pass", contacts, hold)
+    assert np.ptp(each, axis=0).max() > 0.1 * HALF_GAP_V
+    assert np.allclose(together, np.mean(each, axis=0), rtol=0.0, atol=1e-12)

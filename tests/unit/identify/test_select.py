@@ -576,6 +576,19 @@ def test_a_search_ends_where_one_correction_leaves_far_less_than_the_laws_found(
     assert not _hopeless(bench, start, replace(best, swell=2.0))  # beside chance it is not told what it is
 
 
+def test_what_first_fits_show_already_is_not_sought_further(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    start = bench.fitted(bench.plain, ())
+    best, first, last = (replace(start, chi2=(1.0 + misfit) * start.count) for misfit in (0.5, 0.24, 0.1))
+    correction = LevelMap(Place.F, (-5.0, 0.0, 5.0))
+    monkeypatch.setattr("identify.explain.select.located", lambda *_: Located(start, ((correction, last),), 1e-12))
+    monkeypatch.setattr("identify.explain.select.first_fits", lambda *_: [first])
+    assert _hopeless(bench, start, best) == first.chi2
+    best = replace(best, chi2=1.4 * start.count)
+    for near, told in ((True, last.chi2), (False, 0.0)):  # first fits do not show it: are they near enough to go on?
+        monkeypatch.setattr("identify.explain.select.within_reach", lambda *_, near=near: near)
+        assert _hopeless(bench, start, best) == told
+
+
 @pytest.mark.parametrize(("left", "ends"), [(0.1, False), (0.4, True)])
 def test_a_search_is_given_up_only_once_other_laws_had_their_turn(
     bench: Bench, left: float, ends: bool, monkeypatch: pytest.MonkeyPatch
@@ -592,3 +605,27 @@ def test_a_search_is_given_up_only_once_other_laws_had_their_turn(
     after, over = _settled(bench, base, this, [this], 0.4, 1.0)
     assert after.best is other
     assert over is ends
+
+
+@pytest.mark.parametrize(("swell", "laws"), [(1.0, 3), (4.0, 2)])
+def test_no_third_law_is_looked_for_beside_what_chance_makes_of_the_rest(
+    bench: Bench, swell: float, laws: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It took minutes, and what it found was how far the mean of chance is off."""
+    start = replace(bench.fitted(bench.plain, ()), chi2=1e7)
+
+    def found(self: Bench, base: Hypothesis, least: float = 0.0) -> Round:
+        law = (BYPASS, DIODE, RAIL)[len(base.effects)]
+        best = replace(base, effects=(*base.effects, law), chi2=0.5 * base.chi2, swell=swell)
+        return Round(base, 0, (best,), settled=best)
+
+    monkeypatch.setattr(Bench, "round", found)
+    for name, instead in {
+        "decided": lambda bench, this: (bench, this), "_settled": lambda bench, start, this, *_: (this, False),
+        "resettled": lambda bench, best: best, "pruned": lambda bench, best: best,
+        "_unended": lambda *_: None, "all_wanders": lambda *_: False, "_explainable": lambda *_: 1.0,
+    }.items():  # fmt: skip
+        monkeypatch.setattr(f"identify.explain.select.{name}", instead)
+    monkeypatch.setattr(Bench, "fine_enough", lambda self, *_: self)
+    _, final, rounds = selected(bench, start, lambda sentence, share: None)
+    assert (len(final.effects), len(rounds)) == (laws, laws)

@@ -135,6 +135,11 @@ def test_no_names_are_earned_where_one_correction_does_better_alone(
     monkeypatch.setattr("identify.explain.warrant.within_reach", lambda *asked: True)
     found = warranted(bench, base, names, [Round(base, 0, (names,), settled=names)])
     assert (found.hypothesis.effects == effects) is earned
+    asked: list[float] = []
+    monkeypatch.setattr("identify.explain.warrant.within_reach", lambda bench, base, chi2: bool(asked.append(chi2)))
+    found = warranted(bench, base, names, [Round(base, 0, (names,), settled=names)])
+    assert found.hypothesis.effects == effects  # none is gone after whose first fit is far behind the names
+    assert asked == ([names.chi2] if promised != 0.9 else [])
 
 
 @pytest.mark.parametrize(("slow", "strays"), [
