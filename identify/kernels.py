@@ -235,23 +235,21 @@ def plus_curve(first: float, step: float, rows: Array, signal: Array, out: Array
             out[j] = s + rows[i, 0] + t * (rows[i, 1] + t * (rows[i, 2] + t * rows[i, 3]))
 
 
-@njit(error_model="numpy", cache=True)
-def best_cut(y: Array, answer: Array, use: Any, gains: Array, at: Any) -> None:
-    """Write, for every number of lost readings from 1 on, the best first one ``at`` and what it ``gains``.
+@njit(error_model="numpy", fastmath=_IN_ORDER, cache=True)
+def best_cuts(y: Array, answer: Array, use: Any, gains: Array) -> None:
+    """Write what the best cut gains for every number of lost readings from 1 on.
 
-    The gain is the fall of the sum of squares when all readings from there on are compared with the answer ``count``
-    samples later. Both arrays hold zeros before; as long as they are is the longest loss.
+    The gain is the fall of the sum of squares when all readings from the cut on are compared with the answer ``count``
+    samples later. ``gains`` holds zeros before; as long as it is is the longest loss.
     """
     totals = np.zeros(gains.size)
     for k in range(y.size - 2, -1, -1):
         if use[k]:
-            now = y[k] - answer[k]
-            for i in range(min(gains.size, y.size - 1 - k)):  # without a branch: several counts go at once
-                later = y[k] - answer[k + 1 + i]
-                totals[i] += now * now - later * later
-                better = totals[i] > gains[i]
-                gains[i] = totals[i] if better else gains[i]
-                at[i] = k if better else at[i]
+            now, later = (y[k] - answer[k]) ** 2, answer[k + 1 : k + 1 + gains.size]
+            for i in range(later.size):  # without a branch: several counts go at once
+                total = totals[i] + (now - (y[k] - later[i]) ** 2)
+                totals[i] = total
+                gains[i] = total if total > gains[i] else gains[i]
 
 
 @njit(error_model="numpy", cache=True)

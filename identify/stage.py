@@ -123,6 +123,7 @@ class Stage(ABC):
     name: str
     place: Place
     quick: ClassVar[bool] = False  # whether what it does is over within a few samples, and means of them would hide it
+    sums: ClassVar[bool] = False  # whether it puts out its input plus shapes of it, each times a value
 
     @abstractmethod
     def parameters(self) -> tuple[Parameter, ...]:

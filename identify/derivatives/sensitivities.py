@@ -4,19 +4,19 @@ The plain chain runs its derivatives beside its signals (tangents). Any other ch
 number moved a little; it shares with the unmoved one every stage before the first that differs.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from identify.chain import Chain, advance, grid_of, running, samples_at_once
+from identify.chain import Chain, advance, grid_of, local_name, running, samples_at_once
 from identify.colour import whitening
 from identify.derivatives import lane_kernels
 from identify.derivatives.lanes import WIDTH
 from identify.derivatives.tangents import Scales, Tangents, tangents
 from identify.discretise import Matrix
 from identify.observe import Observation
-from identify.stage import Block
+from identify.stage import Block, Grid, Run
 from identify.trace import Array, Mask
 
 DIFFERENCE = 1e-5  # step of the differences, in search coordinates
@@ -103,24 +103,53 @@ def _from_differences(
     grid = grid_of(observation.trace, slopes_on.substeps)
     base = chain.begin(grid)
     here = {n: chain.values.get(n, chain.values[n.partition("[")[0]]) for n in scales}  # of one run: as of all
-    varied = [chain.with_values({name: here[name] + DIFFERENCE * scales[name]}) for name in scales]
-    firsts = [chain.first_difference(other, grid.run) for other in varied]
-    others = [other.begin(grid, first) for other, first in zip(varied, firsts, strict=True)]
+    others = [_moved(chain, {name: here[name] + DIFFERENCE * scales[name]}, grid) for name in scales]
     finer = slopes_on.substeps != observation.substeps
     run = running(chain, grid_of(observation.trace, observation.substeps)) if finer else None
     white, every, size = _whitening(observation), grid.substeps, samples_at_once(observation.substeps)
-    lines, steps = np.zeros((len(varied), 0)), 1.0 / (DIFFERENCE * observation.noise_v)
+    lines, steps = np.zeros((len(others), 0)), 1.0 / (DIFFERENCE * observation.noise_v)
     for piece, rough in zip(observation.pieces(size), slopes_on.pieces(size), strict=True):
         passed: list[Block] = [rough.entering]
         for stage in base:
             passed.append(advance(stage, passed[-1]))
         answer = passed[-1].signal[::every]
         if lines.shape[1] < answer.size:  # of one number after the other: written and multiplied in long stretches
-            lines = np.zeros((len(varied), answer.size))
-        for line, first, runs in zip(lines[:, : answer.size], firsts, others, strict=True):
-            block = passed[first]
-            for stage in runs:
-                block = advance(stage, block)
-            np.multiply(block.signal[::every] - answer, steps, out=line)
+            lines = np.zeros((len(others), answer.size))
+        for line, other in zip(lines[:, : answer.size], others, strict=True):
+            np.multiply(other.answer(passed)[::every] - answer, steps, out=line)
         left = piece.y - (run(piece.entering)[:: observation.substeps] if run else answer)
         yield white(left / observation.noise_v, lines[:, : answer.size].T, piece.use)
+
+
+@dataclass(frozen=True)
+class _Moved:
+    """A chain of which one number is moved, at work from its ``first`` stage that differs on.
+
+    Of a ``sum`` of weighted shapes that stage runs with what its weights are moved by alone: no other shape is needed.
+    """
+
+    first: int
+    runs: tuple[Run, ...]
+    sum: bool
+
+    def answer(self, passed: Sequence[Block]) -> Array:
+        """Return its answer, where the unmoved chain's stages were passed by a block and left others."""
+        block, runs = passed[self.first], self.runs
+        if self.sum:
+            block = block.holding(passed[self.first + 1].signal + (runs[0](block) - block.signal))
+            runs = runs[1:]
+        for stage in runs:
+            block = advance(stage, block)
+        return block.signal
+
+
+def _moved(chain: Chain, values: dict[str, float], grid: Grid) -> _Moved:
+    """Return a chain with some values of one stage moved."""
+    other = chain.with_values(values)
+    first = chain.first_difference(other, grid.run)
+    if first == len(chain.stages) or not chain.stages[first].sums:
+        return _Moved(first, tuple(other.begin(grid, first)), False)
+    stage = chain.stages[first]
+    pairs = zip(stage.parameters(), other.of(stage, grid.run), chain.of(stage, grid.run), strict=True)
+    moves = {local_name(p.name, grid.run) if p.local else p.name: there - here for p, there, here in pairs}
+    return _Moved(first, tuple(chain.with_values(moves).begin(grid, first)), True)

@@ -101,16 +101,16 @@ def loss_in(trace: Trace, answer: Array, noise_v: float, rough: bool = False) ->
     if longest < 1:
         return None
     even = use & (np.arange(y.size) % 2 == 0)
-    gains, at = np.zeros(longest), np.zeros(longest, dtype=np.int64)
-    kernels.best_cut(y, answer, even, gains, at)
+    gains = np.zeros(longest)
+    kernels.best_cuts(y, answer, even, gains)
     price = 2.0 * log(longest * y.size)
     count = int(np.argmax(gains)) + 1
-    scatter = max(noise_v, _after(y, answer, use, int(at[count - 1]), count, rough))
+    first = _latest(_gains(y, answer, even, count))
+    scatter = max(noise_v, _after(y, answer, use, first, count, rough))
     if gains[count - 1] < (CONVINCING + price) * scatter**2:
         return None
-    first = int(at[count - 1])
     others = use & ~even
-    proof = (_gain(y, answer, others, first, count) - _as_delay(y, answer, others)) / scatter**2
+    proof = (_gains(y, answer, others, count)[first] - _as_delay(y, answer, others)) / scatter**2
     if proof < CONVINCING or not _certain(y, answer, others, first, count, CONVINCING + price):
         return None
     if not (rough or _in_time(y, answer, use, first, count, scatter)):
@@ -160,11 +160,16 @@ def _misfits(y: Array, answer: Array, at: int, count: int) -> Array:
     return np.concatenate((y[:at] - answer[:at], y[at : y.size - count] - answer[at + count :]))
 
 
-def _gain(y: Array, answer: Array, use: Mask, at: int, count: int) -> float:
-    """Return by how much the sum of squares of the readings in use falls when the loss is mended, V^2."""
-    here, stop = slice(at, y.size - count), y.size - count
-    fall = np.square(y[here] - answer[here]) - np.square(y[here] - answer[at + count : stop + count])
-    return float(np.sum(fall[use[here]]))
+def _gains(y: Array, answer: Array, use: Mask, count: int) -> Array:
+    """Return by how much the sum of squares of the readings in use falls when a loss is mended at each sample, V^2."""
+    stop = y.size - count
+    fall = np.square(y[:stop] - answer[:stop]) - np.square(y[:stop] - answer[count:])
+    return np.cumsum(np.where(use[:stop], fall, 0.0)[::-1])[::-1]
+
+
+def _latest(gains: Array) -> int:
+    """Return the last sample of those at which most is gained: readings that do not count change nothing."""
+    return gains.size - 1 - int(np.argmax(gains[::-1]))
 
 
 def _certain(y: Array, answer: Array, use: Mask, at: int, count: int, convincing: float) -> bool:
@@ -217,8 +222,6 @@ def _lag(misfit: Array, moving: Array, answer: Array) -> tuple[float, float]:
 
 def _placed(y: Array, answer: Array, use: Mask, count: int, scatter: float) -> tuple[int, int, int]:
     """Return where a loss of ``count`` readings begins, most likely and at the ends of its 95 % interval."""
-    stop = y.size - count
-    fall = np.square(y[:stop] - answer[:stop]) - np.square(y[:stop] - answer[count:])
-    gain = np.cumsum(np.where(use[:stop], fall, 0.0)[::-1])[::-1]
+    gain = _gains(y, answer, use, count)
     near = np.flatnonzero(gain > np.max(gain) - DROP * scatter**2)
     return int(np.argmax(gain)), int(near[0]), int(near[-1])

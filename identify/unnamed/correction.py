@@ -26,6 +26,7 @@ class Correction(Stage):
     place: Place
     knots: tuple[float, ...] = ()
     name: str = UNNAMED
+    sums = True
     form: ClassVar[str]  # what it is called in a stored model
     kind: ClassVar[str]  # what it is, as a sentence needs it
     equation: ClassVar[str]

@@ -14,13 +14,13 @@ import signal
 import numpy as np
 from identify import kernels
 
-y, use, gains, at = np.zeros(100_000), np.ones(100_000, dtype=bool), np.zeros(5000), np.zeros(5000, dtype=np.int64)
-kernels.best_cut(y[:9], y[:9], use[:9], gains, at)
+y, use, gains = np.zeros(100_000), np.ones(100_000, dtype=bool), np.zeros(5000)
+kernels.best_cuts(y[:9], y[:9], use[:9], gains)
 signal.signal(signal.SIGINT, signal.default_int_handler)
 signal.signal(signal.SIGALRM, lambda *_: signal.raise_signal(signal.SIGINT))
 signal.setitimer(signal.ITIMER_REAL, 0.05)
 try:
-    kernels.best_cut(y, y, use, gains, at)
+    kernels.best_cuts(y, y, use, gains)
     print("came too late")
 except KeyboardInterrupt:
     print("interrupted")

@@ -6,9 +6,12 @@ from itertools import product
 import numpy as np
 import pytest
 
+from identify import chain as chain_module
 from identify.chain import simulate
+from identify.derivatives.sensitivities import DIFFERENCE, sensitivities
 from identify.effects import chain_of, physics_in, with_physics
 from identify.model import LinearF, Model, Physics
+from identify.observe import Observation
 from identify.simulate import Player
 from identify.stage import Place
 from identify.unnamed.correction import Correction
@@ -60,6 +63,23 @@ def test_a_model_keeps_it_to_the_last_bit(form: str, place: Place) -> None:
         assert read == model
         assert np.array_equal(simulate(chain_of(read), WALK), simulate(with_physics(PLAIN, [piece]), WALK))
     assert physics_in(chain_of(model)) == (piece,)
+
+
+@pytest.mark.parametrize(("form", "place"), EVERY)
+def test_slopes_by_its_weights_are_those_of_the_simulation(
+    form: str, place: Place, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(chain_module, "CHUNK", 700)  # pieces that do not begin at rest
+    piece = planted(form, place)
+    chain, seen = with_physics(PLAIN, [piece]), Observation(WALK, np.ones(WALK.size, dtype=bool), 1e-3, 1)
+    free = chain.added[0]
+    own = [n for n in chain.values if n.partition("[")[0] in {p.name for p in free.parameters()}]
+    scales = {name: max(abs(chain.values[name]), 1e-3) for name in own}
+    answer = simulate(chain, WALK)
+    for (name, scale), slope in zip(scales.items(), sensitivities(chain, scales, seen).slopes(), strict=True):
+        moved = simulate(chain.with_values({name: chain.values[name] + DIFFERENCE * scale}), WALK)
+        expected = (moved - answer) / (DIFFERENCE * seen.noise_v)
+        assert np.abs(slope - expected).max() < 1e-5 * max(np.abs(expected).max(), 1.0), name
 
 
 def test_it_stands_beside_named_physics_and_is_played_block_by_block() -> None:
