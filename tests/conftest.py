@@ -4,7 +4,7 @@ The same examples every time: what passes here passes there. Every process of te
 devices emulated inside a test have one name in all of them. No test finds a calibration that somebody made here.
 
 Tests of devices go before all that computes, as far as the machine allows: a device does not wait. Lines are not
-counted in whole answers, which takes a third of their time again; tests of less run every one of them.
+counted in whole answers and in long tests, which makes them take up to twice as long; shorter ones run those lines.
 """
 
 import os
@@ -32,10 +32,14 @@ os.environ[calibration.FOLDER_VARIABLE] = os.path.join(os.environ[FOLDER_VARIABL
 
 OF_DEVICES = ("wire", "contract", "hardware", "test_pytest_plugin.py")
 USUAL, FIRST = os.getpriority(os.PRIO_PROCESS, 0), -10  # niceness of tests, and of those of devices with all they start
-WHOLE = ("test_answers.py", "test_carried.py", "test_corners.py", "test_excerpts.py", "test_follow_up.py",
-         "test_locate.py", "test_narrow.py", "test_places.py", "test_second_look.py", "test_select.py",
-         "test_surest.py", "test_uneven_noise.py", "test_wander.py")  # fmt: skip
-UNCOUNTED = ("proof", "benchmarks", "test_real_recordings.py", *WHOLE, "test_pressed.py")  # its signal may meet a lock
+WHOLE = ("test_answers.py", "test_carried.py", "test_corners.py", "test_excerpts.py", "test_finding.py",
+         "test_follow_up.py", "test_innovations.py", "test_locate.py", "test_mains.py", "test_narrow.py",
+         "test_places.py", "test_profile.py", "test_readings.py", "test_second_look.py", "test_second_place.py",
+         "test_select.py", "test_surest.py", "test_uneven_noise.py", "test_wander.py")  # fmt: skip
+LONG = ("proof", "benchmarks", "flow/test_batch.py", "flow/test_calibration.py", "flow/test_demo.py",
+        "flow/test_design.py", "flow/test_examples.py", "flow/test_mutated.py",
+        "flow/test_real_recordings.py")  # fmt: skip
+UNCOUNTED = (*LONG, *WHOLE, "test_pressed.py")  # a signal of the last may meet a lock
 LONGEST = ("proof", "test_real_recordings.py", "test_demo.py")
 COUNTING = "COVERAGE_PROCESS_CONFIG"  # the variable that has processes count lines
 
@@ -46,11 +50,11 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     Processes are given equal stretches of what is collected: what is long and comes last is waited for by all.
     """
     for item in items:
-        if set(UNCOUNTED) & {*item.path.parts}:
+        if _among(UNCOUNTED, item):
             item.add_marker(pytest.mark.no_cover)
     processes = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
-    longest = [item for item in items if set(LONGEST) & {*item.path.parts}]
-    others = [item for item in items if not set(LONGEST) & {*item.path.parts}]
+    longest = [item for item in items if _among(LONGEST, item)]
+    others = [item for item in items if not _among(LONGEST, item)]
     size = -(-len(items) // processes)
     parts = [longest[i::processes] for i in range(processes)]
     for part in parts:
@@ -62,13 +66,18 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
     """Let tests of devices go first, and have no process of an uncounted test count lines."""
     counting = os.environ.pop(COUNTING, None) if item.get_closest_marker("no_cover") else None
-    _nice(FIRST if set(OF_DEVICES) & {*item.path.parts} else USUAL)
+    _nice(FIRST if _among(OF_DEVICES, item) else USUAL)
     try:
         return (yield)
     finally:
         _nice(USUAL)
         if counting is not None:
             os.environ[COUNTING] = counting
+
+
+def _among(places: tuple[str, ...], item: pytest.Item) -> bool:
+    """Return whether a test is in one of some files or folders, each as its path ends."""
+    return any(f"/{place}/" in f"{item.path.as_posix()}/" for place in places)
 
 
 def _nice(value: int) -> None:
