@@ -191,16 +191,21 @@ class Play(Stage):
 
     def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
         """Return the running play operator."""
-        s_l, d_l, s_u, d_u = values
-        w = 0.0
+        return run_play(values), shape
 
-        def run(block: Block) -> Array:
-            nonlocal w
-            out = np.empty_like(block.signal)
-            w = kernels.play(s_l, d_l, s_u, d_u, w, block.signal, out)
-            return out
 
-        return run, shape
+def run_play(borders: Values) -> Run:
+    """Return a running play operator with borders S_L, D_L, S_U, D_U."""
+    s_l, d_l, s_u, d_u = borders
+    w = 0.0
+
+    def run(block: Block) -> Array:
+        nonlocal w
+        out = np.empty_like(block.signal)
+        w = kernels.play(s_l, d_l, s_u, d_u, w, block.signal, out)
+        return out
+
+    return run
 
 
 @dataclass(frozen=True)

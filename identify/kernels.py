@@ -222,6 +222,39 @@ def sticking_play(
 
 
 @njit(error_model="numpy", cache=True)
+def giving_play(
+    lower: Array, upper: Array, steps: float, state: tuple[float, float, float], out: Array
+) -> tuple[float, float, float]:
+    """Run a play operator that in contact follows its border as a lag of 1 / ``steps`` instants does.
+
+    A border is straight between instants; contact is made and lost within a step. ``state``: the borders an instant
+    before, w; returned as they are at the end. ``out`` may be one of the borders.
+    """
+    stays, (below, above, w) = np.exp(-steps), state
+    for j in range(lower.size):
+        low, high = lower[j], upper[j]
+        if low > w or below > w:
+            w = _lifted(below, low, w, steps, stays)
+        if high < w or above < w:
+            w = -_lifted(-above, -high, -w, steps, stays)
+        below, above, out[j] = low, high, w
+    return below, above, w
+
+
+@njit(error_model="numpy", cache=True)
+def _lifted(before: float, now: float, w: float, steps: float, stays: float) -> float:
+    """Return w after a step in which its lower border went from ``before`` to ``now``, above w at one of them."""
+    moved, ahead = now - before, before - w
+    trail = moved / steps  # by which w trails a border that goes on like this
+    if ahead <= 0.0:
+        return float(now - trail * (1.0 - np.exp(-(now - w) / moved * steps)))
+    left = trail + (ahead - trail) * stays
+    if left >= 0.0:
+        return float(now - left)
+    return float(before + trail * np.log1p(-ahead / trail))
+
+
+@njit(error_model="numpy", cache=True)
 def plus_curve(first: float, step: float, rows: Array, signal: Array, out: Array) -> None:
     """Add to every value a curve of it: cubic pieces between knots ``first + i step``, straight beyond the ends."""
     last = rows.shape[0] - 1

@@ -37,14 +37,14 @@ def cornered(evidence: Evidence, ranked: Sequence[Suspect], noise: float) -> lis
     maps = [s.correction for s in ranked if s.correction.form == LevelMap.form and s.worth(noise)[0] > LIKE * most]
     begun = [law for law in (_begun(evidence, like) for like in {c.place: c for c in maps}.values()) if law is not None]
     best = max((gain for _, gain in begun), default=0.0)
-    return [_moved(evidence, law)[1] for law, gain in begun if gain > NEARLY * best]
+    return [_moved(evidence, law) for law, gain in begun if gain > NEARLY * best]
 
 
-def again(evidence: Evidence, law: BrokenMap) -> tuple[BrokenMap, Suspect]:
+def again(evidence: Evidence, law: BrokenMap) -> Suspect:
     """Return a law whose corners are sought once more where they were and anew, on other evidence: the better one."""
     begun = _begun(evidence, law)
     laws = [law, *([begun[0]] if begun is not None else [])]
-    return max((_moved(evidence, each) for each in laws), key=lambda found: found[1].gain)
+    return max((_moved(evidence, each) for each in laws), key=lambda found: found.gain)
 
 
 def slid(law: BrokenMap, values: Mapping[str, float]) -> tuple[BrokenMap, dict[str, float]] | None:
@@ -97,7 +97,7 @@ def _gain(matrix: Matrix, right: Array, corners: Sequence[int]) -> float:
     return float(right[at] @ np.linalg.pinv(matrix[np.ix_(at, at)], rcond=RANK, hermitian=True) @ right[at])
 
 
-def _moved(evidence: Evidence, law: BrokenMap) -> tuple[BrokenMap, Suspect]:
+def _moved(evidence: Evidence, law: BrokenMap) -> Suspect:
     """Return a law whose corners are where they explain most, each moved while the others stay, without idle ones."""
     low, high = evidence.range(law.place)
     step = (high - low) / GRID[1]
@@ -124,9 +124,9 @@ def _moved(evidence: Evidence, law: BrokenMap) -> tuple[BrokenMap, Suspect]:
         if rest and gain - (without := _together(evidence, rest)) < IDLE:
             parts, gain = rest, without
     laws = [kind(law.place, tuple(sorted(parts)), law.name) for kind in (BrokenMap, OuterMap)]
-    law, found = min(((each, suspect(evidence, each)) for each in laws), key=lambda one: _left(evidence, one[1]))
+    found = min((suspect(evidence, each) for each in laws), key=lambda one: _left(evidence, one))
     disguised = DISGUISED if law.place == Place.G1 else 0.0
-    return law, replace(found, looks=disguised + len(parts) * log(GRID[1] / FINEST))
+    return replace(found, looks=disguised + len(parts) * log(GRID[1] / FINEST))
 
 
 def _left(evidence: Evidence, found: Suspect) -> float:

@@ -17,8 +17,9 @@ from identify.explain.anew import LINE, line_anew
 from identify.observe import Observation
 from identify.stage import Place
 from identify.trace import Array
+from identify.unnamed.contact import Giving, Sticking
 from identify.unnamed.correction import UNNAMED, Correction
-from identify.unnamed.hysteresis import Hysteresis, Relays, Sticking
+from identify.unnamed.hysteresis import Hysteresis, Relays
 from identify.unnamed.linear import Bypass, Filter, OneWay, SlowFilter
 from identify.unnamed.lines import GapRipple, Line, Ripple
 from identify.unnamed.maps import LevelMap, LevelTable, RateGain, RateMap, SourceGain, SourceMap, Trailing
@@ -93,7 +94,7 @@ def _laws(evidence: Evidence, name: str) -> Iterator[Correction]:
 def _linear(evidence: Evidence, name: str) -> Iterator[Correction]:
     """Yield filters at the time constants of the circuit and beyond, a path past the circuit, and lines."""
     slowest, longest = SLOWER * slowest_s(evidence), 0.5 * max(o.trace.size for o in evidence.observations)
-    fast = tuple(np.geomspace(0.5 * evidence.sample_s, max(slowest, evidence.sample_s), TAUS).tolist())
+    fast = fast_s(evidence)
     slow = tuple(np.geomspace(2.0 * slowest, max(longest * evidence.sample_s, 4.0 * slowest), TAUS).tolist())
     yield from (Filter(place, fast, name) for place in (Place.G1, Place.G2))
     yield from (OneWay(place, fast[1::2], name) for place in OneWay.places)
@@ -111,6 +112,7 @@ def _memories(evidence: Evidence, name: str) -> Iterator[Correction]:
     yield GapAfterTurn(Place.F, tuple(np.linspace(0.0, max(map(abs, evidence.range(Place.G1))), TURNS).tolist()), name)
     width = max(map(abs, evidence.range(Place.F)))
     yield Sticking(Place.F, tuple(share * max(width, 1e-9) for share in PUSHES), name)
+    yield Giving(Place.F, fast_s(evidence)[1::2], name)
     yield Leak(Place.F, level_knots(evidence, Place.G1, KNOTS), name)
     for place in Hysteresis.places:
         low, high = evidence.range(place)
@@ -234,6 +236,12 @@ def clock_knots(evidence: Evidence) -> tuple[float, ...]:
     starts = [o.trace.start_s for o in evidence.observations]
     ends = [o.trace.start_s + o.trace.size * evidence.sample_s for o in evidence.observations]
     return tuple(np.linspace(min(starts), max(ends), CLOCK).tolist())
+
+
+def fast_s(evidence: Evidence) -> tuple[float, ...]:
+    """Return time constants of the circuit and below, s, from half a sample on."""
+    slowest = SLOWER * slowest_s(evidence)
+    return tuple(np.geomspace(0.5 * evidence.sample_s, max(slowest, evidence.sample_s), TAUS).tolist())
 
 
 def slowest_s(evidence: Evidence) -> float:

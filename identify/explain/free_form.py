@@ -15,7 +15,17 @@ from identify.explain.corners import again, cornered, slid
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.race import KEPT
 from identify.explain.steady import steady
-from identify.explain.suspect import LEVEL, Suspect, contenders, finer, is_fine, overlooked, unexplained
+from identify.explain.suspect import (
+    LEVEL,
+    Suspect,
+    contenders,
+    finer,
+    is_fine,
+    of_one,
+    one_again,
+    overlooked,
+    unexplained,
+)
 from identify.explain.wander import all_wanders
 from identify.fit import total_chi_squared
 from identify.phases import turned_sines
@@ -116,13 +126,14 @@ def as_it_is(bench: Bench, base: Hypothesis, chain: Chain) -> Hypothesis:
 def with_corners(
     bench: Bench, base: Hypothesis, law: Correction, fitted: Hypothesis
 ) -> tuple[Correction, Hypothesis]:
-    """Return a fit with corners moved to where they are best once the plain values are where the law lets them be."""
+    """Return a fit with corners, or its one knot, moved to where they are best beside the plain values it leaves."""
     for _ in range(MOVED):
-        if not isinstance(law, BrokenMap) or fitted.misfit < base.noise_known:
+        if not (isinstance(law, BrokenMap) or of_one(law)) or fitted.misfit < base.noise_known:
             break
         plain = bench.fitted(base.fit.chain.with_values(fitted.fit.chain.values), base.effects, 0)
-        sought, found = again(bench.evidence(plain), law)
-        other, better = slid_on(bench, base, sought, fitted_from(bench, plain, found))
+        evidence = bench.evidence(plain)
+        found = again(evidence, law) if isinstance(law, BrokenMap) else one_again(evidence, law)
+        other, better = slid_on(bench, base, found.correction, fitted_from(bench, plain, found))
         if better.chi2 > fitted.chi2 - 1.0:
             break
         law, fitted = other, better

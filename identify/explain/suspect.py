@@ -36,6 +36,7 @@ PART = 0.3  # of the best promise, from which anything is fitted for a few itera
 MOST = 64  # knots that are fitted
 RANK = 1e-9  # eigenvalues of the weights' information below this share of the largest are not told by the data
 BESIDE, CLOSER, TUNED = 0.5, 0.4, 1e-3  # of what the longest run resolves: steps in which a frequency is moved
+AROUND = (0.2, 0.5, 1.0, 2.0, 5.0)  # times a knot: where it is sought once more
 KNOT = 3e-3  # of a lag, a threshold or a rate: how well one is sought
 
 
@@ -245,3 +246,14 @@ def of_one_knot(evidence: Evidence, found: Suspect) -> Suspect:
     bounds = logs[max(best - 1, 0)], logs[min(best + 1, logs.size - 1)]
     one = at(float(minimize_scalar(lambda x: -at(x).gain, bounds=bounds, options={"xatol": KNOT}).x))
     return replace(one, looks=0.5 * log(max(one.gain, 1.0)))
+
+
+def of_one(law: Correction) -> bool:
+    """Return whether a correction has one knot, or the same on either side of zero, in the place of several."""
+    return law.single and len({abs(knot) for knot in law.knots}) == 1
+
+
+def one_again(evidence: Evidence, law: Correction) -> Suspect:
+    """Return a correction of one knot with that sought once more around where it is, on other evidence."""
+    around = sorted(knot * factor for knot in law.knots for factor in AROUND)
+    return of_one_knot(evidence, suspect(evidence, replace(law, knots=tuple(around))))

@@ -1,4 +1,4 @@
-"""Which free-form laws add hysteresis of their own: further plays, relays, a contact that sticks?"""
+"""Which free-form laws add hysteresis of their own: further plays, relays?"""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ import numpy as np
 from identify import kernels
 from identify.stage import Block, Grid, Place, Run, Values
 from identify.trace import Array
-from identify.unnamed.correction import Correction, PlayCorrection
+from identify.unnamed.correction import Correction
 
 
 @dataclass(frozen=True)
@@ -77,44 +77,6 @@ class Relays(Correction):
                 on = np.where(latest >= 0, events[latest] > 0, states[i] > 0.0)
                 states[i] = float(on[-1])
                 out += weight * on
-            return out
-
-        return run
-
-
-@dataclass(frozen=True)
-class Sticking(PlayCorrection):
-    """A contact that sticks once it rested, and jumps when it is pushed farther than a knot past a border."""
-
-    form = "stick and slip"
-    kind = "a contact that sticks and slips"
-    equation = "w' = w + sum of a_k (S_k - w), S_k the play that breaks loose r_k past a border"
-    knot_unit = "V"
-    weights = (("stick", "V/V"),)
-    curved = False
-    least = 1
-    single = True
-
-    @property
-    def axis(self) -> str:
-        """Return the coordinate."""
-        return "branch"
-
-    def played(self, borders: Values, values: Values, grid: Grid) -> Run:
-        """Return the operator with a share of every one that sticks."""
-        used = [(weight, r) for weight, r in zip(values, self.knots, strict=True) if weight]
-        s_l, d_l, s_u, d_u = borders
-        plain, states = 0.0, [(0.0, False)] * len(used)
-
-        def run(block: Block) -> Array:
-            nonlocal plain
-            w, stuck = np.empty_like(block.signal), np.empty_like(block.signal)
-            plain = kernels.play(s_l, d_l, s_u, d_u, plain, block.signal, w)
-            out = w.copy()
-            for i, (weight, r) in enumerate(used):
-                level, slides = states[i]
-                states[i] = kernels.sticking_play(s_l, d_l, s_u, d_u, r, level, slides, block.signal, stuck)
-                out += weight * (stuck - w)
             return out
 
         return run

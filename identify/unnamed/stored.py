@@ -12,8 +12,9 @@ import numpy as np
 from identify.chain import Chain
 from identify.model import Physics
 from identify.stage import Place
+from identify.unnamed.contact import Giving, Sticking
 from identify.unnamed.correction import UNNAMED, Correction
-from identify.unnamed.hysteresis import Hysteresis, Relays, Sticking
+from identify.unnamed.hysteresis import Hysteresis, Relays
 from identify.unnamed.linear import Bypass, Filter, OneWay, SlowFilter
 from identify.unnamed.lines import GapRipple, Line, Ripple
 from identify.unnamed.maps import (
@@ -50,7 +51,7 @@ KINDS: dict[str, type[Correction]] = {
     kind.form: kind
     for kind in (
         LevelMap, BrokenMap, OuterMap, BorderMap, SourceMap, SourceGain, Leak, RateMap, RateGain, Trailing, Filter,
-        SlowFilter, OneWay, Bypass, Hysteresis, Relays, Sticking, Plateau, GapOverRate, GapAfterTurn, ClockMap,
+        SlowFilter, OneWay, Bypass, Hysteresis, Relays, Sticking, Giving, Plateau, GapOverRate, GapAfterTurn, ClockMap,
         OffsetSteps, OffsetInRun, Moments, GainMap, GainSteps, GainInRun, GapOverClock, GapSteps, GapInRun, Ageing,
         Line, Ripple, GapRipple, Warming, Sag, Heated, GapAfterLoad, Swiftness, LevelTable, LeadSteps,
     )

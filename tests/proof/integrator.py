@@ -225,6 +225,17 @@ def sticking_play(lower, upper, stuck_v):  # type: ignore[no-untyped-def]  # com
     return w
 
 
+@njit(cache=True)
+def giving_play(lower, upper, steps):  # type: ignore[no-untyped-def]  # compiled
+    """Return w of a play that in contact follows its border as a lag of 1 / ``steps`` nodes (implicit Euler)."""
+    w = np.empty(lower.size)
+    level, share = 0.0, steps / (1.0 + steps)
+    for n in range(lower.size):
+        level += share * (max(lower[n] - level, 0.0) + min(upper[n] - level, 0.0))
+        w[n] = level
+    return w
+
+
 def read_when(nodes: Array, times_s: Array, step_s: float) -> Array:
     """Return a signal at any times since the start of the run; outside it rests at its first or last value."""
     return np.interp(times_s, np.arange(nodes.size) * step_s, nodes)

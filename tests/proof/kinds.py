@@ -482,4 +482,5 @@ UNHEARD: tuple[Kind, ...] = (
     Kind("scattered_gap", "F", "scattered_gap", _one("sd", lambda r: 0.3 * r.rig.half_gap_v)),
     Kind("hurried_reading", "sense", "hurried_reading", _hurried),
     Kind("stale_reading", "sense", "stale_reading", _one("share", lambda r: 0.5)),
+    Kind("giving_contact", "F", "giving_contact", _one("tau", lambda r: 20e-3)),
 )

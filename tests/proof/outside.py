@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from scipy.signal import lfilter
 
-from tests.proof.integrator import Array, play, read_when, sticking_play
+from tests.proof.integrator import Array, giving_play, play, read_when, sticking_play
 from tests.proof.physics import Change, Place, Scene, borders, lag, slew_limit
 
 
@@ -38,6 +38,11 @@ def level_dependent_delay(v: Array, scene: Scene) -> Array:
 def stick_slip(v: Array, scene: Scene) -> Array:
     """Let w stick once it rested: it breaks loose only ``stuck`` [V] of w past a border, and then jumps onto it."""
     return sticking_play(*borders(v, scene.rig), scene.values["stuck"])
+
+
+def giving_contact(v: Array, scene: Scene) -> Array:
+    """Let w follow its border through ``tau`` [s] in contact, as a capacitor charged through a resistance does."""
+    return np.asarray(giving_play(*borders(v, scene.rig), scene.grid.step_s / scene.values["tau"]))
 
 
 def wearing_gap(v: Array, scene: Scene) -> Array:
@@ -321,6 +326,7 @@ OUTSIDE: dict[str, tuple[Place, Change]] = {
     "source_line": ("drive", source_line),
     "level_dependent_delay": ("v", level_dependent_delay),
     "stick_slip": ("play", stick_slip),
+    "giving_contact": ("play", giving_contact),
     "wearing_gap": ("play", wearing_gap),
     "crossover": ("w", crossover),
     "lost_contact": ("w", lost_contact),

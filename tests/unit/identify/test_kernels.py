@@ -11,6 +11,7 @@ from scipy.special import wrightomega
 from identify import altered_kernels, charging, diode, kernels
 from identify.discretise import Stepper
 from identify.following import slewed, slewed_softly
+from tests.proof import integrator
 
 QUICK = settings(deadline=None, max_examples=60)
 LEVELS = st.floats(-10.0, 10.0, width=32)
@@ -289,6 +290,20 @@ def test_a_soft_slew_limit_follows_what_is_near_as_a_pole_follows_straight_lines
     line = np.concatenate(([0.0], signal))
     _, exact, _ = lsim(([1.0], [lag, 1.0]), line, np.arange(line.size, dtype=float))
     assert np.allclose(out, exact[1:], rtol=0.0, atol=1e-11)
+
+
+@pytest.mark.parametrize("lag", [0.2, 3.0, 25.0])
+def test_a_contact_that_gives_way_follows_its_border_through_a_lag(lag):
+    fine = 400
+    v = 3.0 * np.sin(np.linspace(0.0, 14.0, 300)) + np.sin(np.linspace(0.0, 45.0, 300))
+    nodes = np.interp(np.arange((v.size - 1) * fine + 1) / fine, np.arange(v.size), v)
+    expected = integrator.giving_play(2.0 * (nodes - 0.7), 1.5 * (nodes + 0.9), 1.0 / (lag * fine))[::fine]
+    lower, upper = 2.0 * (v - 0.7), 1.5 * (v + 0.9)
+    out, state = np.empty(v.size), (lower[0], upper[0], 0.0)
+    for part in np.array_split(np.arange(v.size), 3):
+        state = kernels.giving_play(lower[part], upper[part], 1.0 / lag, state, out[part[0] : part[-1] + 1])
+    assert np.abs(out - expected).max() < 1e-3 * np.ptp(expected)
+    assert np.abs(play((2.0, 0.7, 1.5, -0.9), v) - expected).max() > 0.01 * np.ptp(expected)
 
 
 @given(st.integers(4, 40), st.integers(1, 12), st.integers(0, 99))

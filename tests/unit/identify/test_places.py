@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from identify.effects import chain_of
+from identify.explain import free_form
 from identify.explain.bench import Bench
+from identify.explain.free_form import MOVED
 from identify.explain.locate import LIKELY, Located, entered_at, located
 from identify.stage import Place
 from identify.unnamed.hysteresis import Hysteresis
@@ -32,6 +34,7 @@ PLANTED = {  # law -> its values, the stage, the forms that may tell it, the lea
     "touched_part in G2": ({"share": 0.3, "tau": 2e-3, "moment": 1.5}, Place.G2, {"delay by runs"}, 0.8),
     "trigger": ({"size": 0.3, "level": 5.0}, Place.F, {"relays"}, 0.99),
     "stick_slip": ({"stuck": 0.3}, Place.F, {"stick and slip"}, 0.7),
+    "giving_contact": ({"tau": 1e-3}, Place.F, {"contact that gives way"}, 0.99),
     "crosstalk": ({"size": 0.2, "level": 0.7}, Place.SENSE, {"map of the source"}, 0.6),
     "wavy_adc": ({"size": 0.1, "period": 6.0}, Place.SENSE, {"map of the level"}, 0.6),
     "hurried_reading": ({"k": 0.02, "top": 600.0}, Place.SENSE, {"gain over the rate"}, 0.9),
@@ -59,6 +62,19 @@ def test_a_law_that_nobody_listed_is_located_on_what_it_goes_with(law: str) -> N
     assert (told.best.place, told.best.form in forms) == (place, True), told.best
     assert told.share > least
     assert told.places[place] > 0.3
+
+
+def test_one_lag_is_sought_again_beside_the_plain_values_that_the_law_leaves(monkeypatch: pytest.MonkeyPatch) -> None:
+    """These stand in for a contact that gives way, and first order does not lead back from there."""
+    giving, told = Concealed("giving_contact", {"tau": 1e-3}), []
+    for moved in (0, MOVED):
+        monkeypatch.setattr(free_form, "MOVED", moved)
+        told.append(found(WALK, WAVE, SMALL, AGAIN, physics=giving))
+    once, again = told
+    assert once.best.form == again.best.form == "contact that gives way"
+    assert abs(once.best.knots[0] - 1e-3) > 2.0 * abs(again.best.knots[0] - 1e-3)
+    assert again.best.knots[0] == pytest.approx(1e-3, rel=0.1)
+    assert again.fitted[0][1].chi2 < once.fitted[0][1].chi2 - 100.0
 
 
 @pytest.mark.parametrize("kind", [ClockMap, GainMap, GainSteps, OffsetInRun])

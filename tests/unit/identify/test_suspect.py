@@ -9,8 +9,9 @@ from identify.explain.bench import Bench
 from identify.explain.corrections import APART, RESTS, dwelt_levels, with_zero
 from identify.explain.suspect import MOST, Suspect, columns_of, contenders, explainable, finer, overlooked, suspect
 from identify.stage import Place
+from identify.unnamed.contact import Sticking
 from identify.unnamed.correction import Correction
-from identify.unnamed.hysteresis import Relays, Sticking
+from identify.unnamed.hysteresis import Relays
 from identify.unnamed.maps import LevelMap, Trailing
 from identify.unnamed.modulation import Heated
 from identify.unnamed.timed import GainSteps, GapSteps, LeadSteps, OffsetSteps, Timed

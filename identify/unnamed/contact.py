@@ -1,0 +1,102 @@
+"""Which free-form laws change how contact is made: one that sticks, one that gives way?"""
+
+from abc import abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+
+from identify import kernels
+from identify.blocks import run_play
+from identify.stage import Block, Grid, Place, Run, Values
+from identify.trace import Array
+from identify.unnamed.correction import PlayCorrection
+from identify.unnamed.maps import LEVELS
+
+
+@dataclass(frozen=True)
+class Contact(PlayCorrection):
+    """A contact of another kind: the difference that plays of it make, one for every knot, each times a weight."""
+
+    curved = False
+    least = 1
+    single = True
+
+    def played(self, borders: Values, values: Values, grid: Grid) -> Run:
+        """Return the operator with a share of every one of another contact."""
+        plain = run_play(borders)
+        used = [
+            (weight, self.of(knot, borders, grid)) for weight, knot in zip(values, self.knots, strict=True) if weight
+        ]
+
+        def run(block: Block) -> Array:
+            w = plain(block)
+            return np.asarray(w + sum(weight * (other(block) - w) for weight, other in used))
+
+        return run
+
+    @abstractmethod
+    def of(self, knot: float, borders: Values, grid: Grid) -> Run:
+        """Return the operator of one such contact alone."""
+
+
+@dataclass(frozen=True)
+class Sticking(Contact):
+    """A contact that sticks once it rested, and jumps when it is pushed farther than a knot past a border."""
+
+    form = "stick and slip"
+    kind = "a contact that sticks and slips"
+    equation = "w' = w + sum of a_k (S_k - w), S_k the play that breaks loose r_k past a border"
+    knot_unit = "V"
+    weights = (("stick", "V/V"),)
+
+    @property
+    def axis(self) -> str:
+        """Return the coordinate."""
+        return "branch"
+
+    def of(self, knot: float, borders: Values, grid: Grid) -> Run:
+        """Return the operator that breaks loose ``knot`` V past a border."""
+        s_l, d_l, s_u, d_u = borders
+        level, slides = 0.0, False
+
+        def run(block: Block) -> Array:
+            nonlocal level, slides
+            out = np.empty_like(block.signal)
+            level, slides = kernels.sticking_play(s_l, d_l, s_u, d_u, knot, level, slides, block.signal, out)
+            return out
+
+        return run
+
+
+@dataclass(frozen=True)
+class Giving(Contact):
+    """A contact that gives way: in contact w follows its border through a lag, a knot, in the gap it stays.
+
+    So does a capacitor that holds and is charged through a resistance.
+    """
+
+    form = "contact that gives way"
+    kind = "a contact that follows late"
+    equation = "w' = w + sum of a_k (C_k - w), tau_k dC_k/dt = border - C_k where that moves C_k away from the other"
+    quick = True
+    knot_unit = "s"
+    weights = (("give", "V/V"),)
+
+    @property
+    def axis(self) -> str:
+        """Return the coordinate."""
+        return LEVELS[Place.F].replace("level", "rate")
+
+    def of(self, knot: float, borders: Values, grid: Grid) -> Run:
+        """Return the operator whose contact lags by ``knot`` s."""
+        s_l, d_l, s_u, d_u = borders
+        state: tuple[float, float, float] | None = None
+
+        def run(block: Block) -> Array:
+            nonlocal state
+            lower, upper = s_l * (block.signal - d_l), s_u * (block.signal - d_u)
+            start = (float(lower[0]), float(upper[0]), 0.0) if state is None else state
+            state = kernels.giving_play(lower, upper, grid.step_s / knot, start, lower)
+            return np.asarray(lower)
+
+        return run
