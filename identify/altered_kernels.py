@@ -1,4 +1,4 @@
-"""Compiled loops of play operators whose level a capacitor holds, whose contact is soft, or whose borders shake."""
+"""Compiled loops of play operators that hold w on a capacitor, make contact softly, or whose borders shake."""
 
 from typing import Any
 
@@ -9,6 +9,7 @@ from identify.kernels import play_between
 from identify.trace import Array
 
 STILL = (1.0, 0.0, 0.0, 0.0, 0.0)  # the ``hold`` of a level that stays
+NOTHING = 36.0  # times a diode's voltage short of the border: nothing flows that a double could show
 
 
 @njit(error_model="numpy", cache=True)
@@ -46,6 +47,46 @@ def held_play(lower: Array, upper: Array, hold: Any, state: Any, out: Array) -> 
         q += 0.5 * hold[4] * (w - free)
         out[j] = w
     return w, q
+
+
+@njit(error_model="numpy", cache=True)
+def conducting_play(
+    lower: Array, upper: Array, volts: Any, steps: float, hold: Any, state: Any, out: Array
+) -> tuple[float, float, float, float]:
+    """Run a play that its borders push through diodes: a border that is ahead by e of ``volts`` (lower, upper) moves w
+    by ``steps`` exp(e / volts) times these in an instant.
+
+    ``hold`` as in ``_held``; ``state`` is (w, q, the borders an instant before), NaN there at the start, returned as it
+    ends. ``steps`` are positive.
+    """
+    w, q, below, above = state
+    start = np.log(steps)
+    for j in range(lower.size):
+        low, high = lower[j], upper[j]
+        if np.isnan(below):
+            below, above = low, high
+        free, q = _held(hold, _middle(lower, upper, j), w, q) if hold != STILL else (w, q)
+        w = _conducted(below, low, free, volts[0], start)
+        w = -_conducted(-above, -high, -w, volts[1], start)
+        q += 0.5 * hold[4] * (w - free)
+        below, above, out[j] = low, high, w
+    return w, q, below, above
+
+
+@njit(error_model="numpy", cache=True)
+def _conducted(before: float, now: float, w: float, volts: float, start: float) -> float:
+    """Return w after a step in which its lower border went straight from ``before`` to ``now``.
+
+    With x = exp(-(border - w) / volts) the law is linear, dx/dt = -x (dborder/dt) / volts + exp(start): it is solved.
+    """
+    still, moved = (w - now) / volts, (now - before) / volts
+    ahead = start + max(-moved, 0.0)
+    if still > ahead + NOTHING:
+        return w
+    size = abs(moved)
+    driven = ahead + (np.log(-np.expm1(-size) / size) if size > 1e-9 else 0.0)
+    most = max(still, driven)
+    return float(now + volts * (most + np.log1p(np.exp(-abs(still - driven)))))
 
 
 @njit(error_model="numpy", cache=True)

@@ -19,6 +19,7 @@ from identify.trace import Array
 CONTACTS = ((np.arange(48) + 0.5) / 48 - 0.5) / np.sqrt(1.0 - 1.0 / 48**2)
 SHAKEN_CONTACTS = np.array([-0.375, -0.125, 0.125, 0.375])  # the same where noise rounds each of them by itself
 ALONE = np.zeros(1)
+DIODE_V_S = 100.0  # speed of v at which w / s follows a border just there: slower v is further behind it, faster ahead
 
 
 @dataclass(frozen=True)
@@ -28,8 +29,9 @@ class Law:
     ``ripple`` pushes them apart by so many V at the instants of a block. In a step of holding w becomes keep w +
     climb + across s v, s the mean slope; then a charge q that was absorbed takes and gives: w gains ``to_w`` times
     q - w, q loses ``to_q`` times it. ``second`` is the full gap of a second operator in V and its weight. The borders
-    are s x + bend[0] x^2 + bend[1] x^3, x = v - d; contact is made evenly over ``spread_v``; ``bypass`` times v goes
-    past it all.
+    are s x + bend[0] x^2 + bend[1] x^3, x = v - d; contact is made evenly over ``spread_v``, or through diodes
+    of ``diode_v``, which are all that rounds it then: (v - d) may then be ahead of w / s. ``bypass`` times v goes past
+    it all.
     """
 
     s_l: float
@@ -49,6 +51,7 @@ class Law:
     second: tuple[float, float] | None = None
     bend: tuple[float, float] = (0.0, 0.0)
     spread_v: float = 0.0
+    diode_v: float = 0.0
     bypass: float = 0.0
 
     def operators(self) -> Iterator[tuple[float, "Law"]]:
@@ -116,16 +119,20 @@ def _operator(law: Law, grid: Grid) -> Run:
     spread = law.spread_v * contacts
     later_l, later_u = law.s_l * spread, law.s_u * spread
     levels, charges = np.zeros(spread.size), np.zeros(spread.size)
-    state: tuple[float, float] = (0.0, 0.0) if noise is None else (np.nan, np.nan)
+    volts, steps = (abs(law.s_l) * law.diode_v, abs(law.s_u) * law.diode_v), DIODE_V_S * grid.step_s
+    state: tuple[float, ...] = (0.0, 0.0) if noise is None else (np.nan, np.nan)
+    ends = (0.0, 0.0, np.nan, np.nan)  # of a contact through diodes
 
     def run(block: Block) -> Array:
-        nonlocal state
+        nonlocal state, ends
         v, out = block.signal, np.empty_like(block.signal)
         apart = widening(v) if law.late_s != 0.0 else 0.0
         apart = apart + law.ripple(block) if law.ripple is not None else apart
         lower = _border(v - apart - law.d_l_v, law.s_l, law.bend)
         upper = _border(v + apart - law.d_u_v, law.s_u, law.bend)
-        if noise is not None:
+        if law.diode_v > 0.0:
+            ends = altered_kernels.conducting_play(lower, upper, volts, steps / law.diode_v, hold, ends, out)
+        elif noise is not None:
             sd = (abs(law.s_l) * law.noise_v, abs(law.s_u) * law.noise_v)
             state = altered_kernels.noisy_plays(
                 lower, upper, later_l, later_u, sd, noise, hold, state, levels, charges, out

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify import kernels
+from identify import contact_kernels
 from identify.blocks import run_play
 from identify.stage import Block, Grid, Place, Run, Values
 from identify.trace import Array
@@ -62,7 +62,7 @@ class Sticking(Contact):
         def run(block: Block) -> Array:
             nonlocal level, slides
             out = np.empty_like(block.signal)
-            level, slides = kernels.sticking_play(s_l, d_l, s_u, d_u, knot, level, slides, block.signal, out)
+            level, slides = contact_kernels.sticking_play(s_l, d_l, s_u, d_u, knot, level, slides, block.signal, out)
             return out
 
         return run
@@ -96,7 +96,7 @@ class Giving(Contact):
             nonlocal state
             lower, upper = s_l * (block.signal - d_l), s_u * (block.signal - d_u)
             start = (float(lower[0]), float(upper[0]), 0.0) if state is None else state
-            state = kernels.giving_play(lower, upper, grid.step_s / knot, start, lower)
+            state = contact_kernels.giving_play(lower, upper, grid.step_s / knot, start, lower)
             return np.asarray(lower)
 
         return run

@@ -327,6 +327,7 @@ LIBRARY: tuple[Kind, ...] = (
     Kind("plateau_tilt", "F", "plateau_tilt", _one("k", lambda r: 0.1 * r.rig.s_l, signed=True)),
     Kind("second_play", "F", "second_play", _second),
     Kind("rate_dependent_gap", "F", "rate_dependent_gap", _one("k", lambda r: 0.8 * r.rig.half_gap_v / r.speed_v)),
+    Kind("diode_contact", "F", "diode_contact", _one("n_vt", lambda r: 0.1 * r.rig.half_gap_v)),
     Kind("slew_limit", "F", "slew_limit", _slew),
     Kind("slew_limit", "F", "slew_limit, rounded", _rounded_slew),
     Kind("dead_time", "G2", "dead_time", _one("delay", lambda r: 4e-3), prepared=_in_time),

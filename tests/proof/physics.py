@@ -21,6 +21,7 @@ from tests.proof.integrator import (
     absorbing_play,
     between,
     charging,
+    diode_play,
     leaning_play,
     linear_block,
     play,
@@ -203,6 +204,13 @@ def rate_dependent_gap(v: Array, scene: Scene) -> Array:
     lower, upper = borders(v, scene.rig)
     widened = scene.values["k"] * speed
     return play(lower - scene.rig.s_l * widened, upper + scene.rig.s_u * widened, 0.0, 1.0, 0.0)
+
+
+def diode_contact(v: Array, scene: Scene) -> Array:
+    """Take w along by diodes of ``n_vt`` [V]: v ahead of a border by e has w follow at 100 V/s exp(e / n_vt)."""
+    rig, n_vt = scene.rig, scene.values["n_vt"]
+    volts = (abs(rig.s_l) * n_vt, abs(rig.s_u) * n_vt)
+    return np.asarray(diode_play(*borders(v, rig), *volts, 100.0 * scene.grid.step_s / n_vt))
 
 
 def slew_limit(w: Array, scene: Scene) -> Array:
@@ -409,6 +417,7 @@ WHERE: dict[str, tuple[Place, Change]] = {
     "plateau_tilt": ("play", plateau_tilt),
     "second_play": ("play", second_play),
     "rate_dependent_gap": ("play", rate_dependent_gap),
+    "diode_contact": ("play", diode_contact),
     "saturation": ("w", clipped),
     "soft_saturation": ("w", soft_saturation),
     "soft_saturation, upper": ("w", soft_saturation_upper),

@@ -16,9 +16,9 @@ TOLD_ELSEWHERE = {  # the contract of effects tries them, too, and python -m tes
     "dac_quantisation",
     "source_pole", "source_nonlinearity", "input_ac_coupling", "input_clipping", "resonance, G1", "resonance, G2",
     "clock_skew, fast ADC", "clock_skew, slow ADC", "slew_limit", "absorption", "absorption on plateaus",
-    "rate_dependent_gap", "process_noise", "adc_quantisation", "soft_saturation, upper", "soft_knee", "plateau_tilt",
-    "plateau_droop, bias current", "extra_pole, G2", "offset_drift", "rectifying_sensor", "ac_coupling", "second_play",
-    "soft_saturation", "curved_border", "gain_drift", "hum, G1", "unequal_slopes", "diode_clamp",
+    "diode_contact", "rate_dependent_gap", "process_noise", "adc_quantisation", "soft_saturation, upper", "soft_knee",
+    "plateau_tilt", "plateau_droop, bias current", "extra_pole, G2", "offset_drift", "rectifying_sensor", "ac_coupling",
+    "second_play", "soft_saturation", "curved_border", "gain_drift", "hum, G1", "unequal_slopes", "diode_clamp",
     "dead_time", "adc_nonlinearity", "self_heating, F", "capacitor_nonlinearity, G1", "capacitor_nonlinearity, G2",
     "hum, sense", "feedthrough",
     "saturation",  # the demo and its flow tests tell it, and a circuit of op-amps

@@ -224,8 +224,8 @@ CHANGES = (
         edits=(("D3 n p D1N4148", "* no D3"), ("D4 r q D1N4148", "* no D4")),
     ),
     Change(
-        "feedback before the diode", "R11 and R12 from p and r in place of m", NO_NAME, "F",
-        "the diode's logarithm stays in the path: the gap grows by 0.06 V a decade of dv/dt, and creeps",
+        "feedback before the diode", "R11 and R12 from p and r in place of m", "diode_contact", "F",
+        "n V_T = 1.1 x 25.9 mV at 27 degrees C", {"n_vt": 0.02845},
         edits=(("R11 m n 10k", "R11 p n 10k"), ("R12 m q 10k", "R12 r q 10k")),
     ),
     Change(

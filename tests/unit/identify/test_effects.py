@@ -94,6 +94,9 @@ TWINS = {
     "rate-dependent gap": (
         OP_AMP, Concealed("rate_dependent_gap", {"k": 2.3e-4}), Physics("rate_dependent_gap", {"k": 2.3e-4}),
     ),
+    "contact through a diode": (
+        OP_AMP, Concealed("diode_contact", {"n_vt": 0.031}), Physics("diode_contact", {"n_vt": 0.031}),
+    ),
     "slew limit": (OP_AMP, Concealed("slew_limit", {"rate": 1130.0}), Physics("slew_limit", {"rate": 1130.0})),
     "rounded slew": (
         OP_AMP, Concealed("slew_limit, rounded", {"rate": 1130.0, "lag": 4e-4}),

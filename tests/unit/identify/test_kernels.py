@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.signal import lsim
 from scipy.special import wrightomega
 
-from identify import altered_kernels, charging, diode, kernels
+from identify import altered_kernels, charging, contact_kernels, diode, kernels
 from identify.discretise import Stepper
 from identify.following import slewed, slewed_softly
 from tests.proof import integrator
@@ -301,9 +301,29 @@ def test_a_contact_that_gives_way_follows_its_border_through_a_lag(lag):
     lower, upper = 2.0 * (v - 0.7), 1.5 * (v + 0.9)
     out, state = np.empty(v.size), (lower[0], upper[0], 0.0)
     for part in np.array_split(np.arange(v.size), 3):
-        state = kernels.giving_play(lower[part], upper[part], 1.0 / lag, state, out[part[0] : part[-1] + 1])
+        state = contact_kernels.giving_play(lower[part], upper[part], 1.0 / lag, state, out[part[0] : part[-1] + 1])
     assert np.abs(out - expected).max() < 1e-3 * np.ptp(expected)
     assert np.abs(play((2.0, 0.7, 1.5, -0.9), v) - expected).max() > 0.01 * np.ptp(expected)
+
+
+@pytest.mark.parametrize(("volts", "steps"), [(0.02, 1.0), (0.3, 1.0), (0.3, 0.01)])
+@pytest.mark.parametrize("leak", [0.0, 1e-3])
+def test_a_contact_through_a_diode_solves_the_equation_of_its_currents(volts, steps, leak):
+    v = 3.0 * np.sin(np.linspace(0.0, 14.0, 300)) + np.sin(np.linspace(0.0, 45.0, 300))
+    lower, upper = 2.0 * (v - 0.7), 2.0 * (v + 0.9)
+    out, state, at = np.empty(v.size), (0.0, 0.0, np.nan, np.nan), np.arange(v.size)
+    hold = (np.exp(-leak), 0.0, 0.0, 0.0, 0.0)
+    for part in np.array_split(at, 3):
+        here = out[part[0] : part[-1] + 1]
+        state = altered_kernels.conducting_play(lower[part], upper[part], (volts, volts), steps, hold, state, here)
+
+    def law(t, w):
+        pushed, pulled = (np.interp(t, at, border) for border in (lower, upper))
+        return volts * steps * (np.exp((pushed - w) / volts) - np.exp((w - pulled) / volts)) - leak * w
+
+    solved = solve_ivp(law, (0.0, at[-1]), [0.0], "LSODA", t_eval=at[1:], rtol=1e-8, atol=1e-10, max_step=0.25)
+    assert np.abs(out[1:] - solved.y[0]).max() < 1e-3 * np.ptp(out)
+    assert np.abs(play((2.0, 0.7, 2.0, -0.9), v) - out).max() > volts
 
 
 @given(st.integers(4, 40), st.integers(1, 12), st.integers(0, 99))

@@ -113,6 +113,16 @@ def test_rate_dependent_gap_makes_contact_later_by_k_times_the_speed():
     assert np.allclose(physics.rate_dependent_gap(-v, scene(k=0.05)), -w, rtol=0, atol=1e-9)
 
 
+@pytest.mark.parametrize("speed", [1.0, 100.0, 1000.0])
+def test_a_contact_through_a_diode_is_later_by_the_logarithm_of_the_speed(speed):
+    there = scene(n_vt=0.03)
+    v = speed * there.grid.step_s * np.arange(round(5.0 / (speed * there.grid.step_s)))
+    w = physics.diode_contact(v, there)
+    late = 0.03 * np.log(speed / 100.0)
+    assert w[-1] == pytest.approx(8.0 * (v[-1] - 1.25 - late), abs=1e-4)
+    assert np.allclose(physics.diode_contact(-v, there), -w, rtol=0, atol=1e-9)
+
+
 def test_slew_limit_leaves_slow_signals_alone_and_bounds_fast_ones():
     assert np.allclose(physics.slew_limit(3.0 * T, scene(rate=5.0)), 3.0 * T)
     out = physics.slew_limit(STEP, scene(rate=5.0))

@@ -1,0 +1,58 @@
+"""The compiled loops of a play whose contact is of another kind: it sticks, or gives way."""
+
+import numpy as np
+from numba import njit
+
+from identify.trace import Array
+
+
+@njit(error_model="numpy", cache=True)
+def sticking_play(
+    s_l: float, d_l: float, s_u: float, d_u: float, stuck: float, w: float, slides: bool, v: Array, out: Array
+) -> tuple[float, bool]:
+    """Run a play operator that has to be pushed ``stuck`` past a border once it rested, and jumps there.
+
+    From the level w, sliding or not; return both at the end.
+    """
+    for j in range(v.size):
+        lower, upper = s_l * (v[j] - d_l), s_u * (v[j] - d_u)
+        give = 0.0 if slides else stuck
+        if w < lower - give or w > upper + give:
+            w, slides = min(max(w, lower), upper), True
+        elif lower < w < upper:
+            slides = False
+        out[j] = w
+    return w, slides
+
+
+@njit(error_model="numpy", cache=True)
+def giving_play(
+    lower: Array, upper: Array, steps: float, state: tuple[float, float, float], out: Array
+) -> tuple[float, float, float]:
+    """Run a play operator that in contact follows its border as a lag of 1 / ``steps`` instants does.
+
+    A border is straight between instants; contact is made and lost within a step. ``state``: the borders an instant
+    before, w; returned as they are at the end. ``out`` may be one of the borders.
+    """
+    stays, (below, above, w) = np.exp(-steps), state
+    for j in range(lower.size):
+        low, high = lower[j], upper[j]
+        if low > w or below > w:
+            w = _lifted(below, low, w, steps, stays)
+        if high < w or above < w:
+            w = -_lifted(-above, -high, -w, steps, stays)
+        below, above, out[j] = low, high, w
+    return below, above, w
+
+
+@njit(error_model="numpy", cache=True)
+def _lifted(before: float, now: float, w: float, steps: float, stays: float) -> float:
+    """Return w after a step in which its lower border went from ``before`` to ``now``, above w at one of them."""
+    moved, ahead = now - before, before - w
+    trail = moved / steps  # by which w trails a border that goes on like this
+    if ahead <= 0.0:
+        return float(now - trail * (1.0 - np.exp(-(now - w) / moved * steps)))
+    left = trail + (ahead - trail) * stays
+    if left >= 0.0:
+        return float(now - left)
+    return float(before + trail * np.log1p(-ahead / trail))
