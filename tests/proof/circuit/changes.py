@@ -225,8 +225,8 @@ CHANGES = (
     ),
     Change(
         "feedback before the diode", "R11 and R12 from p and r in place of m", "diode_contact", "F",
-        "n V_T = 1.1 x 25.9 mV at 27 degrees C", {"n_vt": 0.02845},
-        edits=(("R11 m n 10k", "R11 p n 10k"), ("R12 m q 10k", "R12 r q 10k")),
+        "n V_T = 1.1 x 25.9 mV at 27 degrees C; past the play 2 pF of either diode, k = 8 x 4 pF / 100 nF and less",
+        {"n_vt": 0.02845}, (("R11 m n 10k", "R11 p n 10k"), ("R12 m q 10k", "R12 r q 10k")), also=("plateau_tilt",),
     ),
     Change(
         "ripple of the reference, off the mains", "V5: 1.25 V with 30 mV of 86.3 Hz on it", NO_NAME, "F",
