@@ -19,6 +19,8 @@ from identify.trace import Array
 CONTACTS = ((np.arange(48) + 0.5) / 48 - 0.5) / np.sqrt(1.0 - 1.0 / 48**2)
 SHAKEN_CONTACTS = np.array([-0.375, -0.125, 0.125, 0.375])  # the same where noise rounds each of them by itself
 ALONE = np.zeros(1)
+Hold = tuple[float, float, float, float, float]
+Borders = Callable[[Block], tuple[Array, Array]]
 DIODE_V_S = 100.0  # speed of v at which w / s follows a border just there: slower v is further behind it, faster ahead
 
 
@@ -111,28 +113,20 @@ def altered(play: Play, alteration: Alteration) -> AlteredPlay:
 
 def _operator(law: Law, grid: Grid) -> Run:
     """Return one running operator, from w = 0 with nothing absorbed."""
-    widening = _widening(law.late_s, grid)
-    past = 0.5 * (law.s_l * law.d_l_v + law.s_u * law.d_u_v)  # from the middle between the borders to s v
-    hold = (law.keep, law.climb + law.across * past, law.across, law.to_w, law.to_q)
+    borders, hold = _borders(law, grid), _holding(law)
+    if law.diode_v > 0.0:
+        return _through_diodes(law, grid, borders, hold)
     noise = shaken(law.kind, law.renewed) if law.noise_v > 0.0 else None
     contacts = ALONE if law.spread_v == 0.0 else CONTACTS if noise is None else SHAKEN_CONTACTS
     spread = law.spread_v * contacts
     later_l, later_u = law.s_l * spread, law.s_u * spread
     levels, charges = np.zeros(spread.size), np.zeros(spread.size)
-    volts, steps = (abs(law.s_l) * law.diode_v, abs(law.s_u) * law.diode_v), DIODE_V_S * grid.step_s
-    state: tuple[float, ...] = (0.0, 0.0) if noise is None else (np.nan, np.nan)
-    ends = (0.0, 0.0, np.nan, np.nan)  # of a contact through diodes
+    state: tuple[float, float] = (0.0, 0.0) if noise is None else (np.nan, np.nan)
 
     def run(block: Block) -> Array:
-        nonlocal state, ends
-        v, out = block.signal, np.empty_like(block.signal)
-        apart = widening(v) if law.late_s != 0.0 else 0.0
-        apart = apart + law.ripple(block) if law.ripple is not None else apart
-        lower = _border(v - apart - law.d_l_v, law.s_l, law.bend)
-        upper = _border(v + apart - law.d_u_v, law.s_u, law.bend)
-        if law.diode_v > 0.0:
-            ends = altered_kernels.conducting_play(lower, upper, volts, steps / law.diode_v, hold, ends, out)
-        elif noise is not None:
+        nonlocal state
+        (lower, upper), out = borders(block), np.empty_like(block.signal)
+        if noise is not None:
             sd = (abs(law.s_l) * law.noise_v, abs(law.s_u) * law.noise_v)
             state = altered_kernels.noisy_plays(
                 lower, upper, later_l, later_u, sd, noise, hold, state, levels, charges, out
@@ -144,6 +138,40 @@ def _operator(law: Law, grid: Grid) -> Run:
         return out
 
     return run
+
+
+def _through_diodes(law: Law, grid: Grid, borders: Borders, hold: Hold) -> Run:
+    """Return one running operator whose borders act through diodes: they alone make contact soft."""
+    volts, steps = (abs(law.s_l) * law.diode_v, abs(law.s_u) * law.diode_v), DIODE_V_S * grid.step_s / law.diode_v
+    state = (0.0, 0.0, np.nan, np.nan)
+
+    def run(block: Block) -> Array:
+        nonlocal state
+        (lower, upper), out = borders(block), np.empty_like(block.signal)
+        state = altered_kernels.conducting_play(lower, upper, volts, steps, hold, state, out)
+        return out
+
+    return run
+
+
+def _holding(law: Law) -> Hold:
+    """Return how w is held, as the kernels take it."""
+    past = 0.5 * (law.s_l * law.d_l_v + law.s_u * law.d_u_v)  # from the middle between the borders to s v
+    return law.keep, law.climb + law.across * past, law.across, law.to_w, law.to_q
+
+
+def _borders(law: Law, grid: Grid) -> Borders:
+    """Return what makes both borders of a block of v, as far apart as speed and ripple push them."""
+    widening = _widening(law.late_s, grid)
+
+    def borders(block: Block) -> tuple[Array, Array]:
+        v = block.signal
+        apart = widening(v) if law.late_s != 0.0 else 0.0
+        apart = apart + law.ripple(block) if law.ripple is not None else apart
+        lower = _border(v - apart - law.d_l_v, law.s_l, law.bend)
+        return lower, _border(v + apart - law.d_u_v, law.s_u, law.bend)
+
+    return borders
 
 
 def _border(x: Array, slope: float, bend: tuple[float, float]) -> Array:

@@ -34,6 +34,7 @@ class DiodeContact(InsidePlay):
         "its speed, and creeps on where v rests. Take the feedback of the amplifier from behind the diode."
     )
     axis = "rate of w"
+    excludes = ("process_noise", "soft_knee")
     fingerprint = "gap that widens with the logarithm of the speed, creep after every move"
     places = (Place.F,)
     declared = (N_VT,)

@@ -61,6 +61,7 @@ class Effect(Stage):
     brings: ClassVar[tuple[str, ...]] = ()  # ids of blemishes of the readings that are its own doing
     elsewhere: ClassVar[Mapping[Place, str]] = {}  # where the same law would be other physics, and its id if it has one
     by_chance: ClassVar[bool] = False  # whether its law is only the mean of what it does, and ``course`` one of many
+    excludes: ClassVar[tuple[str, ...]] = ()  # ids of physics beside which nothing is known of what it does
     shapeless: ClassVar[bool] = False  # whether what it does may show to no correction of free form
     forms: ClassVar[tuple[str, ...]] = ("",)
     declared: ClassVar[tuple[Parameter, ...]]
@@ -137,8 +138,14 @@ class Effect(Stage):
         return self.fits(effect for effect in chain.added if isinstance(effect, Effect))
 
     def fits(self, others: "Iterable[Effect]") -> bool:
-        """Return whether a chain can have this effect beside others: each once at a place, under a name of its own."""
-        return all(e.name != self.name and (e.id, e.place) != (self.id, self.place) for e in others)
+        """Return whether a chain can have this effect beside others: each once at a place, under a name of its own.
+
+        Nor where one of the two excludes the other.
+        """
+        return all(
+            e.name != self.name and (e.id, e.place) != (self.id, self.place)
+            and e.id not in self.excludes and self.id not in e.excludes for e in others
+        )  # fmt: skip
 
     def told_apart(self, chain: Chain) -> Self:
         """Return the effect under the name it has in ``chain``: with its place where that has the same law elsewhere.

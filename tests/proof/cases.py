@@ -117,7 +117,7 @@ LIBRARY = (
         "absorption on plateaus", SKEWED, 139,
         ("absorption on plateaus", "dielectric_absorption", "F", {"fraction": 0.031, "tau": 0.037}),
     ),
-    _known("diode_contact", OP_AMP, 171, ("diode_contact", "diode_contact", "F", {"n_vt": 0.0041})),
+    _known("diode_contact", OP_AMP, 193, ("diode_contact", "diode_contact", "F", {"n_vt": 0.0041})),
     _known("rate_dependent_gap", RC, 140, ("rate_dependent_gap", "rate_dependent_gap", "F", {"k": 2.1e-4})),
     Case(  # compared by name only: what chance does in one recording moves the values more than their intervals tell
         "process_noise", OP_AMP, (Concealed("process_noise", {"sd": 0.011, "bandwidth": 730.0}),),

@@ -398,11 +398,21 @@ INSIDE = [e for kind in catalogue().values() if issubclass(kind, InsidePlay) for
 def test_physics_inside_the_play_acts_beside_any_other(effect):
     trace = Trace("sine", SINE.rate_hz, SINE.u[:640], np.zeros(640))
     plain = plain_chain(model_of(OP_AMP))
-    for other in (o for o in INSIDE if o.id != effect.id):
+    for other in (o for o in INSIDE if o.id != effect.id and effect.fits([o])):
         both = effect.put_in(other.put_in(plain, valued(other)), valued(effect))
         alone = simulate(other.put_in(plain, valued(other)), trace)
         assert np.all(np.isfinite(simulate(both, trace)))
         assert not np.allclose(simulate(both, trace), alone, rtol=0, atol=1e-6), other.id
+
+
+def test_what_makes_contact_soft_excludes_what_else_does():
+    diode, others = catalogue()["diode_contact"](Place.F), {"process_noise": Place.G1, "soft_knee": Place.F}
+    plain = plain_chain(model_of(OP_AMP))
+    for id_, place in others.items():
+        other = catalogue()[id_](place)
+        assert not diode.applicable(other.put_in(plain, valued(other)))
+        assert not other.applicable(diode.put_in(plain, valued(diode)))
+        assert other.applicable(plain)
 
 
 def valued(effect):
