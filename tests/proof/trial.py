@@ -22,6 +22,7 @@ from tests.proof.standard import protocol
 from tests.proof.stimuli import Stimulus
 
 Stratum = Literal["null", "single", "pair", "outside", "below"]
+SINCE = {"diode_contact": 103}  # the first seed of whose pairs it may be: pairs of seeds before are what they were
 STRATA: tuple[Stratum, ...] = ("null", "single", "pair", "outside", "below")
 ROUND = {"null": 15, "pair": 6, "outside": 5, "below": 5}  # trials of a round, beside one of every effect
 Z = {"single": (10.0, 3000.0), "pair": (30.0, 1500.0), "outside": (30.0, 3000.0), "below": (0.3, 3.0)}
@@ -120,7 +121,7 @@ def _kinds(key: Key, rng: Rng, effects: Collection[str]) -> tuple[Kind, ...]:
     if key.stratum == "null":
         return ()
     if key.stratum == "pair":
-        return _pair(rng, effects)
+        return _pair(rng, [effect for effect in effects if SINCE.get(effect, 0) <= key.seed])
     variants = [kind for kind in (*LIBRARY, *UNHEARD) if kind.id == key.about]
     return (variants[key.number % len(variants)],)
 

@@ -128,5 +128,5 @@ def test_of_two_changes_both_must_be_told_before_all_else(said: dict[str, object
     ],
 )
 def test_what_no_catalogue_has_must_be_located_where_it_is_or_nowhere(where: object, why: str) -> None:
-    (change,) = (c for c in CHANGES if c.name == "feedback before the diode")
+    (change,) = (c for c in CHANGES if c.name == "no catch diodes")
     assert judged(Circuit((change,)), {**told(called("unnamed")), "location": where}).why == why
