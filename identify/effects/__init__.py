@@ -96,8 +96,10 @@ def with_physics(chain: Chain, physics: Iterable[Physics]) -> Chain:
         if is_unnamed(piece.id):
             chain = with_unnamed(chain, piece)
             continue
-        effect = effect_of(piece).told_apart(chain)
-        if not effect.fits(e for e in chain.added if isinstance(e, Effect)):
+        effect, others = effect_of(piece).told_apart(chain), [e for e in chain.added if isinstance(e, Effect)]
+        if (other := effect.excluded(others)) is not None:
+            raise ValueError(f"{piece.id} beside {other.id}: what one makes of the other is not modelled; give one")
+        if not effect.fits(others):
             raise ValueError(f"{piece.id} at {effect.place.label} twice: put all of it into one")
         known = [short(p.name) for p in effect.parameters()]
         for name in piece.values:

@@ -142,10 +142,14 @@ class Effect(Stage):
 
         Nor where one of the two excludes the other.
         """
-        return all(
-            e.name != self.name and (e.id, e.place) != (self.id, self.place)
-            and e.id not in self.excludes and self.id not in e.excludes for e in others
-        )  # fmt: skip
+        known = list(others)
+        alone = all(e.name != self.name and (e.id, e.place) != (self.id, self.place) for e in known)
+        return alone and self.excluded(known) is None
+
+    def excluded(self, others: "Iterable[Effect]") -> "Effect | None":
+        """Return the first of others that this one excludes, or that excludes it; None where they may stand together.
+        """
+        return next((e for e in others if e.id in self.excludes or self.id in e.excludes), None)
 
     def told_apart(self, chain: Chain) -> Self:
         """Return the effect under the name it has in ``chain``: with its place where that has the same law elsewhere.

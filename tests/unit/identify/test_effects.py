@@ -413,6 +413,10 @@ def test_what_makes_contact_soft_excludes_what_else_does():
         assert not diode.applicable(other.put_in(plain, valued(other)))
         assert not other.applicable(diode.put_in(plain, valued(diode)))
         assert other.applicable(plain)
+        both = Physics(id_, valued(other), place.label), Physics("diode_contact", valued(diode))
+        for pieces in (both, both[::-1]):
+            with pytest.raises(ValueError, match=f"{pieces[1].id} beside {pieces[0].id}: .* give one"):
+                with_physics(plain, pieces)
 
 
 def valued(effect):
