@@ -21,7 +21,7 @@ SHAKEN_CONTACTS = np.array([-0.375, -0.125, 0.125, 0.375])  # the same where noi
 ALONE = np.zeros(1)
 Hold = tuple[float, float, float, float, float]
 Borders = Callable[[Block], tuple[Array, Array]]
-DIODE_V_S = 100.0  # speed of v at which w / s follows a border just there: slower v is further behind it, faster ahead
+DIODE_V_S = 100.0  # speed of v at which w follows right on its border: it is ahead of it below, behind it above
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,7 @@ class Law:
     climb + across s v, s the mean slope; then a charge q that was absorbed takes and gives: w gains ``to_w`` times
     q - w, q loses ``to_q`` times it. ``second`` is the full gap of a second operator in V and its weight. The borders
     are s x + bend[0] x^2 + bend[1] x^3, x = v - d; contact is made evenly over ``spread_v``, or through diodes
-    of ``diode_v``, which are all that rounds it then: (v - d) may then be ahead of w / s. ``bypass`` times v goes past
-    it all.
+    whose current is exponential in ``diode_v``, which are all that rounds it then. ``bypass`` times v goes past it all.
     """
 
     s_l: float
