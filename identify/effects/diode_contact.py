@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, ClassVar, final
 
 from identify.altered_play import Law
 from identify.effects.effect import Confusion
-from identify.effects.inside_play import InsidePlay
+from identify.effects.inside_play import InsidePlay, gap_v
 from identify.stage import Grid, Parameter, Place, Values
 
 if TYPE_CHECKING:
@@ -53,10 +53,5 @@ class DiodeContact(InsidePlay):
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the voltage that explains most: of those tried, and of the one to which a small one points."""
-        gap_v = abs(evidence.chain.values["F.D_L"] - evidence.chain.values["F.D_U"])
-        if gap_v == 0.0 or not self.applicable(evidence.chain):
-            return []
-        small = evidence.proportion(self, "n_vt", SMALL * gap_v)
-        options = [small] if small and small["n_vt"] > 0.0 else []
-        best = evidence.best(self, [*options, *({"n_vt": share * gap_v} for share in TRIED)])
-        return [best] if best else []
+        wide_v = gap_v(evidence.chain)
+        return self.likeliest(evidence, "n_vt", SMALL * wide_v, [share * wide_v for share in TRIED]) if wide_v else []

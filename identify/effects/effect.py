@@ -229,9 +229,15 @@ class Effect(Stage):
 
         A small one acts in proportion to itself: its best size is known from one trial. Empty where there is none.
         """
-        small = evidence.proportion(self, name, SMALL * evidence.sample_s)
-        options = [small] if small and small[name] > 0.0 else []
-        best = evidence.best(self, [*options, *({name: float(n) * evidence.sample_s} for n in tried)])
+        return self.likeliest(evidence, name, SMALL * evidence.sample_s, [n * evidence.sample_s for n in tried])
+
+    def likeliest(
+        self, evidence: "Evidence", name: str, small: float, tried: Sequence[float]
+    ) -> list[dict[str, float]]:
+        """Return the value that explains most: one of those tried, or the one that a ``small`` one points to."""
+        found = evidence.proportion(self, name, small)
+        options = [found] if found and found[name] > 0.0 else []
+        best = evidence.best(self, [*options, *({name: float(value)} for value in tried)])
         return [best] if best else []
 
 

@@ -49,6 +49,11 @@ class InsidePlay(Effect, Alteration):
         """Return the law of the play with this effect in it."""
 
 
+def gap_v(chain: Chain) -> float:
+    """Return how wide the gap of a chain's play operator is, V."""
+    return abs(chain.values["F.D_L"] - chain.values["F.D_U"])
+
+
 def mean_slope(chain: Chain) -> float:
     """Return the mean of the slopes of both borders of a chain's play operator, V/V."""
     return 0.5 * (chain.values["F.S_L"] + chain.values["F.S_U"])

@@ -9,7 +9,7 @@ import numpy as np
 from identify.altered_play import Law
 from identify.chain import Chain
 from identify.effects.effect import Confusion
-from identify.effects.inside_play import InsidePlay
+from identify.effects.inside_play import InsidePlay, gap_v
 from identify.innovations import Wander
 from identify.observe import Observation
 from identify.ratchet import Kind, renewal
@@ -93,7 +93,7 @@ class ProcessNoise(InsidePlay):
         """
         if not self.applicable(evidence.chain):
             return []
-        small_v = SMALL_V * abs(evidence.chain.values["F.D_L"] - evidence.chain.values["F.D_U"])
+        small_v = SMALL_V * gap_v(evidence.chain)
         small = [{"sd": small_v, "bandwidth": b / evidence.sample_s} for b in BANDS]
         best = evidence.best(self, [values for values in evidence.sized(self, "sd", small) if values["sd"] > 0.0])
         return [best or small[1]]

@@ -7,7 +7,7 @@ from identify.altered_play import Law
 from identify.blocks import Play
 from identify.chain import Chain
 from identify.effects.effect import Confusion, Effect
-from identify.effects.inside_play import InsidePlay, mean_slope
+from identify.effects.inside_play import InsidePlay, gap_v, mean_slope
 from identify.effects.plateau_tilt import PlateauTilt
 from identify.stage import Grid, Parameter, Place, Values
 
@@ -50,7 +50,7 @@ class SecondPlay(InsidePlay):
 
     def plainer(self, chain: Chain) -> tuple[Effect, dict[str, float]] | None:
         """Return the share of v that passes by, where the second gap is hardly one."""
-        if chain.values[GAP.name] > HARDLY * abs(chain.values["F.D_L"] - chain.values["F.D_U"]):
+        if chain.values[GAP.name] > HARDLY * gap_v(chain):
             return None
         return PlateauTilt(Place.F), {PlateauTilt.declared[0].name: mean_slope(chain) * chain.values[WEIGHT.name]}
 

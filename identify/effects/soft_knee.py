@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, ClassVar, final
 
 from identify.altered_play import Law
 from identify.effects.effect import Confusion
-from identify.effects.inside_play import InsidePlay
+from identify.effects.inside_play import InsidePlay, gap_v
 from identify.stage import Grid, Parameter, Place, Values
 
 if TYPE_CHECKING:
@@ -48,6 +48,6 @@ class SoftKnee(InsidePlay):
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the width, tried from a thousandth of the gap up, that explains most."""
-        gap_v = abs(evidence.chain.values["F.D_L"] - evidence.chain.values["F.D_U"])
-        best = evidence.best(self, [{"width": share * gap_v} for share in TRIED] if gap_v else [])
+        wide_v = gap_v(evidence.chain)
+        best = evidence.best(self, [{"width": share * wide_v} for share in TRIED] if wide_v else [])
         return [best] if best else []

@@ -19,6 +19,7 @@ from identify.blocks import Play
 from identify.chain import Chain
 from identify.colour import Colour
 from identify.effects.effect import Effect
+from identify.effects.inside_play import gap_v
 from identify.explain.bench import Bench
 from identify.explain.confirm import UNFINISHED
 from identify.explain.hypothesis import Hypothesis
@@ -68,7 +69,7 @@ def carried(bench: Bench, plain: Hypothesis) -> tuple[Bench, Hypothesis] | None:
     """
     chain, seen = plain.fit.chain, bench.observations
     laws = [law for kind in bench.kinds if kind.by_chance for law in kind.variants() if law.applicable(chain)]
-    if not laws or chain.stage_of(Play) is None or not _gap_v(chain) or not all(o.colour.white for o in seen):
+    if not laws or chain.stage_of(Play) is None or not gap_v(chain) or not all(o.colour.white for o in seen):
         return None
     before, count = changes(chain, seen).T
     chance = PROVEN * np.sqrt(2.0 * count)
@@ -176,11 +177,6 @@ def _colour(law: Effect, chain: Chain, observation: Observation) -> Colour:
     return Colour(wander=law.wander(chain, observation))
 
 
-def _gap_v(chain: Chain) -> float:
-    """Return how wide the gap is, V."""
-    return abs(chain.values["F.D_L"] - chain.values["F.D_U"])
-
-
 def _repeats(chain: Chain, observations: Sequence[Observation]) -> list[_Repeats]:
     """Return what a chain leaves of every run, and what is played twice there."""
     left = [(o, o.residual(chain)) for o in observations]
@@ -214,7 +210,7 @@ def _begun(law: Effect, chain: Chain, repeats: Sequence[_Repeats]) -> Array | No
     """Return logs of size and bandwidth near the likeliest; None where none makes much of what repeats differ by."""
     bands = [band * repeats[0].observation.trace.rate_hz for band in BANDS]
     cost = _cost(law, law.put_in(chain, {}), repeats)
-    found = [(cost(at), at) for at in np.log([(size * _gap_v(chain), band) for size in SIZES for band in bands])]
+    found = [(cost(at), at) for at in np.log([(size * gap_v(chain), band) for size in SIZES for band in bands])]
     least, at = min(found, key=lambda each: each[0])
     without = sum(r.cost(Colour()) for r in repeats)
     count = sum(int(np.count_nonzero(both)) for r in repeats for *_, both in r.pairs)

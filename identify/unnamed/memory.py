@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identify import kernels
-from identify.blocks import Play
+from identify.blocks import Play, run_play
 from identify.chain import Chain
 from identify.stage import Block, Grid, Place, Run, Values
 from identify.trace import Array
@@ -142,16 +142,13 @@ class Leak(PlayCorrection):
 
     def played(self, borders: Values, values: Values, grid: Grid) -> Run:
         """Return the operator plus the map of what enters it."""
-        s_l, d_l, s_u, d_u = borders
         rows, first, step = spline(self.knots, self.split(values)[0]), self.knots[0], self.knots[1] - self.knots[0]
-        w = 0.0
+        plain = run_play(borders)
 
         def run(block: Block) -> Array:
-            nonlocal w
-            out, passed = np.empty_like(block.signal), np.empty_like(block.signal)
-            w = kernels.play(s_l, d_l, s_u, d_u, w, block.signal, out)
+            passed = np.empty_like(block.signal)
             kernels.plus_curve(first, step, rows, block.signal, passed)
-            return np.asarray(out + passed - block.signal)
+            return np.asarray(plain(block) + passed - block.signal)
 
         return run
 
