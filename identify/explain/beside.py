@@ -8,7 +8,7 @@ import numpy as np
 
 from identify.explain.bench import Bench
 from identify.explain.carried import carried, price, weighed_again
-from identify.explain.free_form import fitted_from
+from identify.explain.free_form import fitted_from, slid_on
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import located
 from identify.explain.round import FORETOLD, Round
@@ -93,5 +93,5 @@ def _unrepeated(bench: Bench, without: Hypothesis, asked: float) -> bool:
     evidence = bench.evidence(without)
     free = [s for s in bench.suspects(without) if s.correction.axis in ANOTHER and not is_fine(s.correction)]
     likely = sorted(free, key=lambda s: -s.gain)[:CLOSELY]
-    laws = (fitted_from(bench, without, finer(evidence, s, 1.0)) for s in likely)
-    return any(price(bench, h) < asked for h in laws)
+    begun = ((s.correction, fitted_from(bench, without, s)) for s in (finer(evidence, s, 1.0) for s in likely))
+    return any(price(bench, slid_on(bench, without, law, h)[1]) < asked for law, h in begun)

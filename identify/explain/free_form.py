@@ -5,7 +5,7 @@ leave more than noise the others race, corners are moved to where they are best,
 its end.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import compress
 
@@ -24,6 +24,7 @@ from identify.explain.suspect import (
     of_one,
     one_again,
     overlooked,
+    retuned,
     unexplained,
 )
 from identify.explain.wander import all_wanders
@@ -141,9 +142,9 @@ def with_corners(
 
 
 def slid_on(bench: Bench, base: Hypothesis, law: Correction, fitted: Hypothesis) -> tuple[Correction, Hypothesis]:
-    """Return a fit whose corners, if it has any, are slid while all else follows, as often as that makes it better."""
+    """Return a fit whose corners, or one frequency, are slid while all else follows, as often as it gets better."""
     for _ in range(SLID):
-        there = slid(law, fitted.fit.chain.values) if isinstance(law, BrokenMap) else None
+        there = _slid(bench, base, law, fitted)
         if there is None:
             break
         moved, weights = there
@@ -153,6 +154,15 @@ def slid_on(bench: Bench, base: Hypothesis, law: Correction, fitted: Hypothesis)
             break
         law, fitted = moved, better
     return law, fitted
+
+
+def _slid(
+    bench: Bench, base: Hypothesis, law: Correction, fitted: Hypothesis
+) -> tuple[Correction, Mapping[str, float]] | None:
+    """Return a law with its corners or its frequency where the fit asks them to be; None where it asks for nothing."""
+    if isinstance(law, BrokenMap):
+        return slid(law, fitted.fit.chain.values)
+    return retuned(bench.evidence(fitted), base.fit.chain, law) if law.searched else None
 
 
 def ended(bench: Bench, fitted: list[tuple[Correction, Hypothesis]]) -> list[tuple[Correction, Hypothesis]]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from scipy.stats import chi2 as chi2_distribution
 
-from identify.chain import local_name
+from identify.chain import Chain, local_name
 from identify.derivatives.sensitivities import DIFFERENCE
 from identify.evidence import Evidence
 from identify.explain.corrections import corrections, sharpened
@@ -217,7 +217,7 @@ def tuned(evidence: Evidence, found: Suspect) -> Suspect:
 
     A line that is off by a tenth of that leaves a tenth of itself: far above the noise it would not be what it is.
     """
-    longest_s = max(o.trace.size for o in evidence.observations) * evidence.sample_s
+    longest_s = _longest_s(evidence)
     step_hz = BESIDE / longest_s
     while step_hz > TUNED / longest_s:
         at_hz = found.correction.knots[0]
@@ -228,6 +228,28 @@ def tuned(evidence: Evidence, found: Suspect) -> Suspect:
         else:
             step_hz *= CLOSER
     return found
+
+
+def _longest_s(evidence: Evidence) -> float:
+    """Return how long the longest run is, s: what it resolves is one over that."""
+    return max(o.trace.size for o in evidence.observations) * evidence.sample_s
+
+
+def retuned(evidence: Evidence, base: Chain, law: Correction) -> tuple[Correction, dict[str, float]] | None:
+    """Return a fitted law of one frequency at a better one, and all values there; None where noise may ask for it.
+
+    ``evidence`` is of the fit with the law in ``base``: what a gap makes of a line hangs on how large the line is, so
+    that where it explains most is told from there and not from where it is absent.
+    """
+    evidence = evidence.seen_by(law)
+    by_hz = TUNED / _longest_s(evidence)
+    moved = replace(law, knots=(law.knots[0] + by_hz,))
+    column = evidence.change(moved.put_in(base, evidence.chain.values)) / by_hz
+    matrix, right = evidence.normal_of(column[None, :])
+    step_hz = float(right[0] / matrix[0, 0]) if matrix[0, 0] > 0.0 else 0.0
+    if step_hz * float(right[0]) < 1.0:
+        return None
+    return replace(law, knots=(law.knots[0] + step_hz,)), _moved(evidence, evidence.residual - step_hz * column)
 
 
 def of_one_knot(evidence: Evidence, found: Suspect) -> Suspect:

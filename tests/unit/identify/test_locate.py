@@ -14,14 +14,14 @@ from identify.evidence import Evidence
 from identify.explain.bench import Bench
 from identify.explain.contact import still
 from identify.explain.corrections import ripple_hz
-from identify.explain.free_form import LAST, Begun, begun, ended, raced
+from identify.explain.free_form import LAST, Begun, begun, ended, fitted_from, raced, slid_on
 from identify.explain.locate import BEHIND, EASILY, NEARER, Located, located, within_reach
 from identify.explain.moments import where
 from identify.explain.prove import proven
 from identify.explain.rivals import left_to_explain
 from identify.explain.shape import shape_of
 from identify.explain.survey import surveyed
-from identify.explain.suspect import MOST, contenders, overlooked
+from identify.explain.suspect import MOST, contenders, overlooked, retuned, suspect
 from identify.explain.wander import unrepeated
 from identify.phases import turned_sines
 from identify.stage import Place
@@ -29,6 +29,7 @@ from identify.trace import Array, Step, Trace
 from identify.unnamed.correction import Correction
 from identify.unnamed.hysteresis import Relays
 from identify.unnamed.linear import Bypass, Filter, OneWay
+from identify.unnamed.lines import GapRipple
 from identify.unnamed.maps import LevelMap, LevelTable, RateMap, Trailing
 from identify.unnamed.timed import ClockMap
 from tests.proof.cases import Concealed
@@ -394,3 +395,17 @@ def test_corrections_are_fitted_to_the_end_where_that_could_change_which_is_best
         asked.clear()
         ended(there, [(first, left), (second, replace(left, chi2=left.chi2 + behind))])
         assert len(asked) == fits
+
+
+def test_a_ripple_of_the_gap_is_retuned_beside_the_values_it_leaves() -> None:
+    """How a gap passes a line on hangs on its size: what is told from a gap that rests is at another frequency."""
+    there = bench(Concealed("hum at F", {"frequency": 86.3, "amplitude": 0.3}))
+    base = there.fitted(there.plain, ())
+    off_hz = 86.3 + 0.2 / float(there.observations[0].trace.clock_s[-1])
+    law = GapRipple(Place.F, (off_hz,))
+    begun = fitted_from(there, base, suspect(there.evidence(base), law))
+    tuned, fitted = slid_on(there, base, law, begun)
+    assert begun.misfit > 0.5
+    assert fitted.misfit < 0.02
+    assert tuned.knots[0] == pytest.approx(86.3, abs=0.01)
+    assert retuned(there.evidence(fitted), base.fit.chain, tuned) is None
