@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 
 from identify.explain.bench import Bench
-from identify.explain.carried import carried, price, weighed_again
+from identify.explain.carried import carried, price, ratchets, weighed_again
 from identify.explain.free_form import fitted_from, slid_on
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import located
@@ -26,12 +26,15 @@ def selected_either(bench: Bench, plain: Hypothesis, note: Note, may_wander: boo
     """Select what is missing; beside noise in front of the gap where no law without it explains all, as well as that.
 
     What is foretold is believed before what acts by chance. Where that wins a round, it is asked at once whether the
-    noise is there.
+    noise is there; where it is found all the same and ratchets nothing, what is missing is selected without it.
     """
     asked = cache(lambda: selected_beside(bench, plain, note) if may_wander else None)
     found = selected(bench, plain, note, by_chance=asked)
     by_chance = any(effect.by_chance for effect in found[1].effects)
     beside = asked() if by_chance or found[1].proven > 0.0 else None
+    if by_chance and beside is None and not ratchets(*found[:2]):
+        foretelling = tuple(kind for kind in bench.kinds if not kind.by_chance)
+        return selected(replace(bench, kinds=foretelling, asked={}), plain, note)
     if beside is None or (not by_chance and price(*found[:2]) < price(*beside[:2])):
         return found
     return beside

@@ -71,8 +71,7 @@ def carried(bench: Bench, plain: Hypothesis) -> tuple[Bench, Hypothesis] | None:
     laws = [law for kind in bench.kinds if kind.by_chance for law in kind.variants() if law.applicable(chain)]
     if not laws or chain.stage_of(Play) is None or not gap_v(chain) or not all(o.colour.white for o in seen):
         return None
-    before, count = changes(chain, seen).T
-    chance = PROVEN * np.sqrt(2.0 * count)
+    before, chance = _differ(chain, seen)
     if not np.any(before > chance):
         return None
     repeats = _repeats(chain, seen)
@@ -84,9 +83,34 @@ def carried(bench: Bench, plain: Hypothesis) -> tuple[Bench, Hypothesis] | None:
     after, _ = changes(base.fit.chain, beside.observations).T
     if np.any(after > LEFT * np.maximum(before, 0.0) + chance):
         return None
-    mean = beside.without(base, base.effects[0]).chi2 - base.chi2
+    mean, needed = _mean(beside, base)
     rough = max(ROUGH * mean, NEARLY * _volume(beside))
-    return (_as_rough(beside, rough), base) if mean > MEAN + SHARE * base.proven else None
+    return (_as_rough(beside, rough), base) if mean > needed else None
+
+
+def ratchets(bench: Bench, final: Hypothesis) -> bool:
+    """Return whether the mean of what acts by chance in a hypothesis is in the readings, weighed beside that chance.
+
+    What else differs from repeat to repeat, as a contact that makes elsewhere at every turn, has no such mean. Where
+    repeats do not tell, it may be there.
+    """
+    before, chance = _differ(final.fit.chain, bench.observations)
+    if not all(o.colour.white for o in bench.observations) or not np.any(before > chance):
+        return True
+    mean, needed = _mean(*weighed_again(bench, final))
+    return mean > needed
+
+
+def _mean(beside: Bench, found: Hypothesis) -> tuple[float, float]:
+    """Return what the mean of what acts by chance explains beside that chance, and how much it must, chi-squared."""
+    law = next(effect for effect in found.effects if effect.by_chance)
+    return beside.without(found, law).chi2 - found.chi2, MEAN + SHARE * found.proven
+
+
+def _differ(chain: Chain, observations: Sequence[Observation]) -> tuple[Array, Array]:
+    """Return by how much repeats differ beyond the noise, and by how much chance would let them, chi-squared."""
+    before, count = changes(chain, observations).T
+    return before, PROVEN * np.sqrt(2.0 * count)
 
 
 def weighed_again(bench: Bench, final: Hypothesis) -> tuple[Bench, Hypothesis]:

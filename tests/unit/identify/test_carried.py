@@ -18,6 +18,7 @@ from identify.explain.carried import (
     carried,
     left_by_chance,
     price,
+    ratchets,
     rougher,
     scatters_so,
     weighed_again,
@@ -202,6 +203,23 @@ def test_a_law_that_foretells_what_repeats_differ_by_is_believed_first(noisy):
     assert changes(plain.fit.chain, bench.observations)[0, 0] > 0.0
     assert foretold(bench, plain)
     assert not foretold(*noisy[:2])
+
+
+@pytest.mark.parametrize("scattered", [True, False])
+def test_what_shakes_the_borders_and_ratchets_nothing_is_no_noise_in_front_of_them(noisy, scattered, monkeypatch):
+    """A contact that makes elsewhere at every turn scatters as slow noise in front of it would."""
+    bench, plain, _ = begun(Concealed("scattered_gap", {"sd": 0.03})) if scattered else noisy
+    there = bench.fitted(LAW.put_in(plain.fit.chain, {"sd": SD_V, "bandwidth": BANDWIDTH_HZ}), (LAW,))
+    assert ratchets(bench, there) is not scattered
+    asked = list[set[str]]()
+
+    def found(bench: Bench, *_: object, **__: object) -> tuple[Bench, Hypothesis, list[Round]]:
+        asked.append({kind.id for kind in bench.kinds})
+        return bench, there if "process_noise" in asked[-1] else plain, []
+
+    monkeypatch.setattr("identify.explain.beside.selected", found)
+    assert selected_either(bench, plain, quiet, may_wander=False)[1] is (plain if scattered else there)
+    assert [len(kinds) for kinds in asked[1:]] == ([len(asked[0]) - 1] if scattered else [])
 
 
 def test_physics_that_the_noise_had_hidden_is_found_beside_it():
