@@ -46,6 +46,7 @@ MORE = 18  # gaps of a second hysteresis that is fitted
 FINER = (16, 28)  # of one that is fitted: the data choose
 TAUS = 6  # time constants of a filter
 CLOCK = 6
+OFTENER = (16, 48)  # of a drift that is fitted
 LAGS = 5
 TURNS = 5
 RATES = (0.3, 0.5, 0.7, 0.83, 0.93)  # of the largest: what a stage may be too slow for
@@ -141,7 +142,10 @@ def _timed(evidence: Evidence, name: str) -> Iterator[Correction]:
 
 
 def sharpened(evidence: Evidence, correction: Correction) -> list[Correction]:
-    """Return a map of the level with more knots, or a hysteresis of more gaps; nothing for any other correction."""
+    """Return a map of the level or a drift with more knots, or a hysteresis of more gaps; nothing for any other one."""
+    if isinstance(correction, ClockMap | GainMap | GapOverClock) and correction.counted == "drifts":
+        more = [count for count in OFTENER if count > len(correction.knots)]
+        return [replace(correction, knots=recorded_knots(evidence, count)) for count in more]
     if correction.form == Hysteresis.form:
         ends = correction.knots[0], correction.knots[len(correction.knots) // 3], correction.knots[-1]
         return [replace(correction, knots=tuple(np.geomspace(*pair, MORE).tolist())) for pair in pairwise(ends)]
@@ -236,6 +240,16 @@ def clock_knots(evidence: Evidence) -> tuple[float, ...]:
     starts = [o.trace.start_s for o in evidence.observations]
     ends = [o.trace.start_s + o.trace.size * evidence.sample_s for o in evidence.observations]
     return tuple(np.linspace(min(starts), max(ends), CLOCK).tolist())
+
+
+def recorded_knots(evidence: Evidence, count: int) -> tuple[float, ...]:
+    """Return knots on the clock, s, with as much recorded between any two of them, from the first to the last sample.
+    """
+    runs = sorted((o.trace.start_s, o.trace.start_s + o.trace.size * evidence.sample_s) for o in evidence.observations)
+    ends = np.ravel(runs)
+    told = np.cumsum([0.0, *np.where(np.arange(ends.size - 1) % 2, 0.0, np.diff(ends))])
+    knots = np.interp(np.linspace(0.0, told[-1], count), told, ends)
+    return tuple(np.unique(knots).tolist())
 
 
 def fast_s(evidence: Evidence) -> tuple[float, ...]:

@@ -78,8 +78,9 @@ def gone_on(
 ) -> tuple[Sequence[Suspect], Sequence[tuple[Correction, Hypothesis]]]:
     """Return the corrections that are worth a fit, and their fits; of lines those that are there in all runs alike."""
     worth, fitted = first.worth, [slid_on(bench, base, correction, h) for correction, h in first.fitted]
-    told = base.chi2 - min(h.chi2 for _, h in fitted)
-    if min(h.misfit for _, h in fitted) > base.noise_known or told < KEPT * max(s.gain for s in first.ranked):
+    least = min((h for c, h in fitted if not is_fine(c)), key=lambda h: h.chi2, default=base)
+    told = base.chi2 - least.chi2
+    if least.misfit > base.noise_known or told < KEPT * max(s.gain for s in first.ranked):
         evidence, left = bench.evidence(base), overlooked(first.ranked, worth)
         others = raced(bench, base, [s if s.correction.searched else finer(evidence, s, first.noise) for s in left])
         worth, fitted = [*worth, *(s for s, _ in others)], [*fitted, *((s.correction, h) for s, h in others)]

@@ -19,9 +19,10 @@ from identify.observe import Observation
 from identify.stage import Place
 from identify.trace import Array, Mask
 from identify.unnamed.correction import Correction
-from identify.unnamed.timed import ClockMap, Moments
+from identify.unnamed.timed import ClockMap, GainMap, Moments
 
 WINDOWS_S = (0.004, 0.02, 0.1)
+GAINS_S = (0.1, 0.5)  # of a gain
 BURST_S = 0.001  # the window in which single moments are sought
 BURST = 9.0  # of chi-squared, beyond what the largest of all windows has by chance, from which something happened there
 CALM = 0.25  # of the misfit while F moves, below which what is left at rest is not the same thing
@@ -37,17 +38,19 @@ LAGS = 5.0  # times the slowest lag, after which what F remembered has passed
 def wandering(evidence: Evidence) -> Iterator[tuple[Correction, Array, dict[str, float], float]]:
     """Yield tables over the clock as fine as windows, with the square the data give each and its values.
 
-    And one of single moments, zero everywhere else, with the log of among how many like it it was chosen. Nothing where
-    the mismatch comes back with the stimulus or nothing was repeated.
+    Of an offset and of the gain of the reading; and one of single moments, zero everywhere else, with the log of among
+    how many like it it was chosen. Nothing where the mismatch comes back with the stimulus or nothing was repeated.
     """
     if unrepeated(evidence.chain, evidence.observations) < MOSTLY:
         return
     place, name = where(evidence), free_name(evidence.chain)
-    for window_s in (*WINDOWS_S, BURST_S):
-        parts = [_windows(o, evidence, window_s) for o in evidence.observations]
+    tables: list[tuple[type[ClockMap | GainMap], Place, float]] = [(GainMap, Place.SENSE, each) for each in GAINS_S]
+    tables += [(ClockMap, place, each) for each in (*WINDOWS_S, BURST_S)]
+    for kind, there, window_s in tables:
+        parts = [_windows(o, evidence, window_s, kind is GainMap) for o in evidence.observations]
         at, mean, squares = (np.concatenate([part[i] for part in parts]) for i in range(3))
         knots, looks = tuple(at.tolist()), 0.0
-        correction = ClockMap(place, knots, name)
+        correction: Correction = kind(there, knots, name)
         if window_s == BURST_S:
             bursts = squares > BURST + 2.0 * log(squares.size)
             correction, mean, squares = Moments(place, knots, name), np.where(bursts, mean, 0.0), squares[bursts]
@@ -102,8 +105,11 @@ def _stays(apart: Array, change: Array, noise: float) -> bool:
     return seen and float(np.mean(speeds[~moved])) < SELDOM * float(np.mean(speeds[moved]))
 
 
-def _windows(observation: Observation, evidence: Evidence, window_s: float) -> tuple[Array, Array, Array]:
-    """Return the middle of every window on the clock, the mean residual in it in V, and its weight in chi-squared.
+def _windows(
+    observation: Observation, evidence: Evidence, window_s: float, of_gain: bool
+) -> tuple[Array, Array, Array]:
+    """Return the middle of every window on the clock, the offset in it in V or what the gain is off by, and its weight
+    in chi-squared.
 
     The noise is that within the windows where it is larger than what was told of it. Noise that hangs together wanders
     by itself: what is weighed is made white.
@@ -111,14 +117,16 @@ def _windows(observation: Observation, evidence: Evidence, window_s: float) -> t
     size = max(round(window_s / evidence.sample_s), 1)
     number = np.arange(observation.trace.size) // size
     residual = observation.residual(evidence.chain)
-    count = np.bincount(number, observation.use)
-    each = np.maximum(count, 1)
-    mean = np.bincount(number, np.where(observation.use, residual, 0.0)) / each
+    shape = observation.trace.y - residual if of_gain else np.ones(residual.size)
+    told = np.bincount(number, np.where(observation.use, np.square(shape), 0.0))
+    each = np.maximum(told, 1e-300)
+    off = np.bincount(number, np.where(observation.use, shape * residual, 0.0)) / each
     white = whitened(observation, residual)
-    level = np.bincount(number, white) / each
-    middle = observation.trace.start_s + (np.arange(count.size) + 0.5) * size * evidence.sample_s
-    kept = count > 0
-    scatter = np.where(observation.use, np.square(white - level[number]), 0.0)
-    noise2 = max(float(np.sum(scatter)) / max(float(np.sum(count - 1.0, where=kept)), 1.0), 1.0)
-    squares = count * np.square(level) / noise2
-    return np.asarray(middle[kept], dtype=np.float64), mean[kept], np.asarray(squares[kept], dtype=np.float64)
+    level = np.bincount(number, shape * white) / each
+    middle = observation.trace.start_s + (np.arange(told.size) + 0.5) * size * evidence.sample_s
+    kept = told > 0.0
+    scatter = np.where(observation.use, np.square(white - shape * level[number]), 0.0)
+    free = max(observation.count - int(np.sum(kept)), 1)
+    noise2 = max(float(np.sum(scatter)) / free, 1.0)
+    squares = told * np.square(level) / noise2
+    return np.asarray(middle[kept], dtype=np.float64), off[kept], np.asarray(squares[kept], dtype=np.float64)

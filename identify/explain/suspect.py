@@ -198,7 +198,7 @@ def overlooked(ranked: Sequence[Suspect], fitted: Sequence[Suspect]) -> list[Sus
     found: dict[tuple[str, Place], Suspect] = {}
     for s in (s for s in ranked if s.gain > PART * most and not is_fine(s.correction) and most > LARGE):
         found.setdefault((s.correction.form, s.correction.place), s)
-    known = {(s.correction.form, s.correction.place) for s in fitted}
+    known = {(s.correction.form, s.correction.place) for s in fitted if not is_fine(s.correction)}
     return [s for key, s in found.items() if key not in known]
 
 

@@ -187,6 +187,18 @@ def test_what_comes_back_with_the_stimulus_is_told_from_what_does_not(comes_back
     assert where(evidence) == Place.SENSE
 
 
+def test_a_gain_that_wanders_is_told_from_an_offset_that_does() -> None:
+    """A table of the offset as fine as the data explains as much: it has a weight for every few readings."""
+    twice = staircase("walk", FIG13_LEVELS_V, 0.06, 2)
+    trace = recorded(OP_AMP, twice, (), NOISE_V, 1, 0.0, 8)
+    steps = tuple(Step(s.label, s.kind, s.start, s.stop, s.repeat) for s in twice.segments)
+    wandered = replace(trace, y=trace.y * (1.0 + 0.02 * np.sin(2.0 * np.pi * trace.clock_s / 2.6)), steps=steps)
+    there = replace(bench(), observations=(observed(wandered, NOISE_V, 1),))
+    told = found(there)
+    assert (told.best.place, told.best.form) == (Place.SENSE, "drift of the gain")
+    assert told.share > 0.98
+
+
 def test_what_is_gone_where_f_stands_at_a_border_is_of_its_memory() -> None:
     """A capacitor that gathers noise while nothing holds it: w wanders inside the gap, and is reset by a border."""
     chain, twice = chain_of(model_of(OP_AMP)), sine("wave", 2.0, 3.4, 2, 2)
