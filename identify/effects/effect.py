@@ -161,6 +161,10 @@ class Effect(Stage):
         """Return whether a part could be as the values in a chain say, where the recordings go."""
         return True
 
+    def ordinary(self, chain: Chain) -> bool:
+        """Return whether this law, as a chain has it, is also that of much that no catalogue lists."""
+        return False
+
     def put_in(self, chain: Chain, values: Mapping[str, float]) -> Chain:
         """Return ``chain`` with this effect in it; ``values`` by short name."""
         return chain.with_stage(self, self.named(values)).crediting(self)

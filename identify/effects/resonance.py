@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, ClassVar, final
 import numpy as np
 
 from identify.blocks import run_filter
+from identify.chain import Chain
 from identify.effects.effect import Confusion, Effect
 from identify.stage import Grid, Parameter, Place, Run, Shape, Values
 
@@ -17,6 +18,7 @@ ZETA = Parameter("resonance.zeta", "1", scale=0.3, least=0.01, most=1.0)
 DAMPINGS = (0.1, 0.4, 1.0)
 FREQUENCIES, TOP, SPREAD = 6, 0.3, 1000.0  # tried from a share of the sample rate down to a thousandth of that
 CLOSER = (0.6, 1.6)  # times the best of those
+PEAKS = 0.75  # damping beyond which no gain rises: 1 / sqrt(2), and what noise makes of that
 FAR = 30.0  # times the sample rate: there a resonance is a lag of 2 zeta / w_n and no more
 
 
@@ -43,6 +45,10 @@ class Resonance(Effect):
         Confusion("process_noise", "two hold times: noise lets the level creep on, ringing ends", here=Place.G1),
     )
     example: ClassVar = {"w_n": 900.0, "zeta": 0.3}
+
+    def ordinary(self, chain: Chain) -> bool:
+        """Return whether its gain rises nowhere: so do an average over some readings, two lags, a delay with a lag."""
+        return chain.values[self.called(ZETA)] > PEAKS
 
     def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
         """Return the running filter."""

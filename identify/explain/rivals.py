@@ -2,7 +2,8 @@
 
 Fitted hypotheses are weighed by their odds on the same data (Schwarz's criterion, a parameter at the price of the
 logarithm of what the mismatch tells). Beside them stand what no catalogue names, a piece of physics whose likeness in
-the catalogue is the better, the less of it the name leaves, and nothing at all.
+the catalogue is the better, the less of it the name leaves, and nothing at all; and a law that much does which has no
+name is its own with even chances.
 """
 
 from collections.abc import Sequence
@@ -42,6 +43,7 @@ def odds(
         weights |= dict.fromkeys(_equals(final, effect), 1.0)
     weights.pop(own, None)
     total = 1.0 + sum(weights.values()) + unheard(beyond, told) + _nothing(bench, final, effect, told)
+    total += 1.0 if effect.ordinary(final.fit.chain) else 0.0
     likely = _of_every_name(own, sorted(weights.items(), key=lambda item: -item[1]))
     named = [Alternative(i, place.label, w / total) for (i, place), w in likely if w / total > MENTIONED]
     return 1.0 / total, tuple(named)

@@ -7,14 +7,18 @@ import pytest
 from scipy.stats import norm
 
 from identify.chain import plain_chain, simulate
+from identify.effects import catalogue, chain_of
+from identify.explain.bench import Bench
 from identify.explain.confirm import improvement, unconfirmed
 from identify.explain.hypothesis import FALSE_DISCOVERIES, Hypothesis, is_discovery
 from identify.explain.locate import Located
-from identify.explain.rivals import UNHEARD, _of_every_name, unheard
+from identify.explain.rivals import UNHEARD, _of_every_name, odds, unheard
+from identify.explain.round import Round
 from identify.fit import fit
 from identify.levels import merit
 from identify.stage import Place
-from tests.proof.rigs import OP_AMP
+from tests.proof.cases import Concealed
+from tests.proof.rigs import OP_AMP, RC
 from tests.proof.stimuli import sine
 from tests.trials import model_of, noisy, observed, recorded
 
@@ -94,3 +98,16 @@ def test_a_name_is_said_before_another_one_is_said_twice():
     assert [kind for kind, _ in _of_every_name(own, ranked)] == [source, delay]
     assert [kind for kind, _ in _of_every_name(delay, ranked[:2])] == [pole, source]
     assert [kind for kind, _ in _of_every_name(own, ranked[:2])] == [pole, source]
+
+
+@pytest.mark.parametrize(("zeta", "sure"), [(0.4, True), (0.95, False)])
+def test_a_resonance_that_peaks_nowhere_may_be_any_quick_filter(zeta, sure):
+    """An average over some readings has its shape, too, to what the noise leaves to be seen."""
+    concealed = Concealed("resonance in G2", {"w_n": 2000.0, "zeta": zeta})
+    seen = observed(recorded(RC, sine("sine", 31.25, 8.0, 8, 1), (concealed,), NOISE_V, fine=8), NOISE_V)
+    bench = Bench(chain_of(model_of(RC)), (seen,), (), ())
+    law, plain = catalogue()["resonance"](Place.G2), bench.fitted(bench.plain, ())
+    found = bench.fitted(law.put_in(bench.plain, {"w_n": 2000.0, "zeta": zeta}), (law,))
+    probability, _ = odds(bench, found, law, [Round(plain, 1, (found,))], Located(found, (), 1.0))
+    assert (probability > 0.9) is sure
+    assert probability > 0.4
