@@ -19,10 +19,10 @@ from identify.observe import Observation
 from identify.stage import Place
 from identify.trace import Array, Mask
 from identify.unnamed.correction import Correction
-from identify.unnamed.timed import ClockMap, GainMap, Moments
+from identify.unnamed.timed import ClockMap, GainMap, LeadDrift, Moments
 
-WINDOWS_S = (0.004, 0.02, 0.1)
-GAINS_S = (0.1, 0.5)  # of a gain
+WINDOWS_S = (0.004, 0.02, 0.1, 0.5)
+FAINT = 0.01  # of what windows tell on average, below which one tells nothing
 BURST_S = 0.001  # the window in which single moments are sought
 BURST = 9.0  # of chi-squared, beyond what the largest of all windows has by chance, from which something happened there
 CALM = 0.25  # of the misfit while F moves, below which what is left at rest is not the same thing
@@ -34,20 +34,23 @@ SURE = 6.0  # standard deviations of noise, from which it changes
 STEPS, MOVES = 20, 5  # from window to window, at rest and with a move between them, that tell so
 LAGS = 5.0  # times the slowest lag, after which what F remembered has passed
 
+Table = ClockMap | GainMap | LeadDrift
+
 
 def wandering(evidence: Evidence) -> Iterator[tuple[Correction, Array, dict[str, float], float]]:
     """Yield tables over the clock as fine as windows, with the square the data give each and its values.
 
-    Of an offset and of the gain of the reading; and one of single moments, zero everywhere else, with the log of among
-    how many like it it was chosen. Nothing where the mismatch comes back with the stimulus or nothing was repeated.
+    Of an offset, and of the gain and the delay of the reading; and one of single moments, zero everywhere else, with
+    the log of among how many like it it was chosen. Nothing where the mismatch comes back with the stimulus or nothing
+    was repeated.
     """
     if unrepeated(evidence.chain, evidence.observations) < MOSTLY:
         return
     place, name = where(evidence), free_name(evidence.chain)
-    tables: list[tuple[type[ClockMap | GainMap], Place, float]] = [(GainMap, Place.SENSE, each) for each in GAINS_S]
-    tables += [(ClockMap, place, each) for each in (*WINDOWS_S, BURST_S)]
+    tables: list[tuple[type[Table], Place, float]] = [(ClockMap, place, each) for each in (*WINDOWS_S, BURST_S)]
+    tables += [(kind, Place.SENSE, each) for kind in (GainMap, LeadDrift) for each in WINDOWS_S[1:]]
     for kind, there, window_s in tables:
-        parts = [_windows(o, evidence, window_s, kind is GainMap) for o in evidence.observations]
+        parts = [_windows(o, evidence, window_s, kind) for o in evidence.observations]
         at, mean, squares = (np.concatenate([part[i] for part in parts]) for i in range(3))
         knots, looks = tuple(at.tolist()), 0.0
         correction: Correction = kind(there, knots, name)
@@ -106,25 +109,26 @@ def _stays(apart: Array, change: Array, noise: float) -> bool:
 
 
 def _windows(
-    observation: Observation, evidence: Evidence, window_s: float, of_gain: bool
+    observation: Observation, evidence: Evidence, window_s: float, kind: type[Table]
 ) -> tuple[Array, Array, Array]:
-    """Return the middle of every window on the clock, the offset in it in V or what the gain is off by, and its weight
-    in chi-squared.
+    """Return the middle of every window on the clock, the weight of a table there, and the square the data give it.
 
-    The noise is that within the windows where it is larger than what was told of it. Noise that hangs together wanders
-    by itself: what is weighed is made white.
+    Where the signal hardly moves in one, nothing is told of a delay, nor of a gain where it is hardly there. The noise
+    is that within the windows where it is larger than what was told of it. Noise that hangs together wanders by itself:
+    what is weighed is made white.
     """
     size = max(round(window_s / evidence.sample_s), 1)
     number = np.arange(observation.trace.size) // size
     residual = observation.residual(evidence.chain)
-    shape = observation.trace.y - residual if of_gain else np.ones(residual.size)
+    answer = observation.trace.y - residual
+    shape = {ClockMap: np.ones(answer.size), GainMap: answer, LeadDrift: np.gradient(answer) / evidence.sample_s}[kind]
     told = np.bincount(number, np.where(observation.use, np.square(shape), 0.0))
     each = np.maximum(told, 1e-300)
     off = np.bincount(number, np.where(observation.use, shape * residual, 0.0)) / each
     white = whitened(observation, residual)
     level = np.bincount(number, shape * white) / each
     middle = observation.trace.start_s + (np.arange(told.size) + 0.5) * size * evidence.sample_s
-    kept = told > 0.0
+    kept = told > FAINT * float(np.mean(told))
     scatter = np.where(observation.use, np.square(white - shape * level[number]), 0.0)
     free = max(observation.count - int(np.sum(kept)), 1)
     noise2 = max(float(np.sum(scatter)) / free, 1.0)

@@ -39,6 +39,7 @@ from identify.unnamed.timed import (
     GapInRun,
     GapOverClock,
     GapSteps,
+    LeadDrift,
     LeadSteps,
     Moments,
     OffsetInRun,
@@ -54,6 +55,7 @@ KINDS: dict[str, type[Correction]] = {
         SlowFilter, OneWay, Bypass, Hysteresis, Relays, Sticking, Giving, Plateau, GapOverRate, GapAfterTurn, ClockMap,
         OffsetSteps, OffsetInRun, Moments, GainMap, GainSteps, GainInRun, GapOverClock, GapSteps, GapInRun, Ageing,
         Line, Ripple, GapRipple, Warming, Sag, Heated, GapAfterLoad, Swiftness, LevelTable, LeadSteps,
+        LeadDrift,
     )
 }  # fmt: skip
 

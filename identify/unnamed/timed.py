@@ -166,25 +166,40 @@ class GapInRun(GapOverClock):
 
 
 @dataclass(frozen=True)
-class LeadSteps(Timed):
+class LeadDrift(Timed):
+    """A delay that wanders, as where the clock of the readings does."""
+
+    form = "drift of the delay"
+    kind = "a delay that wanders"
+    equation = "s'(t) = s(t + c(t)), c straight between the knots, t the clock"
+    quick = True
+    weights = (("lead", "s"),)
+    places: ClassVar[tuple[Place, ...]] = (Place.SENSE,)
+
+    @property
+    def same_at(self) -> tuple[Place, ...]:
+        """Return the places at which this gives the same data, its own first: linear blocks pass a delay on."""
+        return (self.place, Place.G2)
+
+    def summed(self, values: Values, grid: Grid) -> Run:
+        """Return what the signal was or, going on straight, will be."""
+        return led(self.table(values), min(values), grid)
+
+
+@dataclass(frozen=True)
+class LeadSteps(LeadDrift):
     """Dynamics that are others from one run to the next: as far as a delay stands for them, which all lags do."""
 
     form = "delay by runs"
     kind = "dynamics that change between runs"
     equation = "s'(t) = s(t + c(t)), c held from knot to knot, t the clock"
     counted = "holds"
-    quick = True
-    weights = (("lead", "s"),)
     places = (Place.G1, Place.G2)
 
     @property
     def same_at(self) -> tuple[Place, ...]:
-        """Return the places at which this gives the same data, its own first: linear blocks pass a delay on."""
+        """Return the places at which this gives the same data, its own first."""
         return (self.place, Place.SOURCE if self.place is Place.G1 else Place.SENSE)
-
-    def summed(self, values: Values, grid: Grid) -> Run:
-        """Return what the signal was or, going on straight, will be."""
-        return led(self.table(values), min(values), grid)
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,7 @@ from tests.proof.cases import Concealed
 from tests.proof.integrator import play, slewed
 from tests.proof.rigs import OP_AMP
 from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
-from tests.trials import model_of, observed, recorded
+from tests.trials import model_of, noisy, observed, recorded
 
 NOISE_V = 0.01
 WALK, WAVE = staircase("walk", FIG13_LEVELS_V, 0.02), sine("wave", 20.0, 3.0, 3, 1)
@@ -187,15 +187,21 @@ def test_what_comes_back_with_the_stimulus_is_told_from_what_does_not(comes_back
     assert where(evidence) == Place.SENSE
 
 
-def test_a_gain_that_wanders_is_told_from_an_offset_that_does() -> None:
+@pytest.mark.parametrize(("form", "wandering"), [
+    ("drift of the gain", lambda r, by: replace(r, y=r.y * (1.0 + 0.02 * by(r.clock_s)))),
+    ("drift of the delay", lambda r, by: replace(r, y=np.interp(r.clock_s + 2e-4 * by(r.clock_s), r.clock_s, r.y))),
+])  # fmt: skip
+def test_a_gain_or_a_delay_that_wanders_is_told_from_an_offset_that_does(
+    form: str, wandering: Callable[[Trace, Callable[[Array], Array]], Trace]
+) -> None:
     """A table of the offset as fine as the data explains as much: it has a weight for every few readings."""
     twice = staircase("walk", FIG13_LEVELS_V, 0.06, 2)
-    trace = recorded(OP_AMP, twice, (), NOISE_V, 1, 0.0, 8)
+    trace = recorded(OP_AMP, twice, (), 0.0, 1, 0.0, 8)
     steps = tuple(Step(s.label, s.kind, s.start, s.stop, s.repeat) for s in twice.segments)
-    wandered = replace(trace, y=trace.y * (1.0 + 0.02 * np.sin(2.0 * np.pi * trace.clock_s / 2.6)), steps=steps)
-    there = replace(bench(), observations=(observed(wandered, NOISE_V, 1),))
+    wandered = wandering(replace(trace, steps=steps), lambda clock_s: np.sin(2.0 * np.pi * clock_s / 2.6))
+    there = replace(bench(), observations=(observed(noisy(wandered, NOISE_V, 1), NOISE_V, 1),))
     told = found(there)
-    assert (told.best.place, told.best.form) == (Place.SENSE, "drift of the gain")
+    assert (told.best.place, told.best.form) == (Place.SENSE, form)
     assert told.share > 0.98
 
 
