@@ -23,6 +23,7 @@ ENDS = 8  # frequencies at either end that are no line: a drift, and what altern
 ENOUGH = 64  # readings that count in both, at least
 TALL = 20.0  # height from which one repeat tells no more: no single one decides
 LINE = 1e-3  # probability of chance, below which there is a line
+NO_CHANCE = 1e-6  # the same, below which chance has not made it
 
 
 def line_anew(chain: Chain, observations: Sequence[Observation]) -> tuple[float, float]:
@@ -40,6 +41,11 @@ def line_anew(chain: Chain, observations: Sequence[Observation]) -> tuple[float,
     total = float(np.sum(np.minimum(each[:, at], TALL)))
     chance = float(gamma.sf(total, len(found))) * 2 * size / PADDED
     return float(turns[at]) * observations[0].trace.rate_hz, min(chance, 1.0)
+
+
+def goes_on(chain: Chain, observations: Sequence[Observation]) -> bool:
+    """Return whether repeats differ by a line that chance has not made."""
+    return line_anew(chain, observations)[1] < NO_CHANCE
 
 
 def _of_repeats(chain: Chain, observation: Observation) -> Iterator[Array]:

@@ -1,19 +1,20 @@
 """What is missing from the model beside noise in front of the gap, and is that noise there at all?"""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
+from identify.explain.anew import goes_on
 from identify.explain.bench import Bench
-from identify.explain.carried import carried, price, ratchets, weighed_again
+from identify.explain.carried import carried, differ, price, ratchets, weighed_again
 from identify.explain.free_form import fitted_from, slid_on
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import located
 from identify.explain.round import FORETOLD, Round
 from identify.explain.select import MOST_EFFECTS, Selected, selected
-from identify.explain.suspect import finer, is_fine
+from identify.explain.suspect import Suspect, finer, is_fine
 from identify.explain.wander import changes
 
 CLOSELY = 2  # laws that are fitted to their end in the place of noise in front of the gap
@@ -33,8 +34,7 @@ def selected_either(bench: Bench, plain: Hypothesis, note: Note, may_wander: boo
     by_chance = any(effect.by_chance for effect in found[1].effects)
     beside = asked() if by_chance or found[1].proven > 0.0 else None
     if by_chance and beside is None and not ratchets(*found[:2]):
-        foretelling = tuple(kind for kind in bench.kinds if not kind.by_chance)
-        return selected(replace(bench, kinds=foretelling, asked={}), plain, note)
+        return selected(foretelling(bench), plain, note)
     if beside is None or (not by_chance and price(*found[:2]) < price(*beside[:2])):
         return found
     return beside
@@ -60,6 +60,24 @@ def selected_beside(bench: Bench, plain: Hypothesis, note: Note) -> Selected | N
     if _does_without(bench, bench.without(final, law), price(beside, final)):
         return None
     return beside, final, [Round(weighed.without(base, law), 0, (base,)), *rounds]
+
+
+def without_chance(bench: Bench, plain: Hypothesis) -> Bench:
+    """Return the bench without what acts by chance where a line free of the stimulus is all that repeats differ by.
+
+    Itself where more is left of that, or nothing goes on.
+    """
+    before, chance = differ(plain.fit.chain, bench.observations)
+    if not np.any(before > chance) or not goes_on(plain.fit.chain, bench.observations):
+        return bench
+    lines = [s for s in bench.suspects(plain) if s.correction.searched]
+    left = (differ(h.fit.chain, bench.observations)[0] for h in _fitted(bench, plain, lines))
+    return foretelling(bench) if any(np.all(rest <= chance) for rest in left) else bench
+
+
+def foretelling(bench: Bench) -> Bench:
+    """Return the bench without what acts by chance."""
+    return replace(bench, kinds=tuple(kind for kind in bench.kinds if not kind.by_chance), asked={})
 
 
 def foretold(bench: Bench, plain: Hypothesis) -> bool:
@@ -93,8 +111,13 @@ def _named(bench: Bench, without: Hypothesis, asked: float) -> bool:
 
 def _unrepeated(bench: Bench, without: Hypothesis, asked: float) -> bool:
     """Return whether one correction of free form that is another in every repeat comes to the price that is asked."""
-    evidence = bench.evidence(without)
     free = [s for s in bench.suspects(without) if s.correction.axis in ANOTHER and not is_fine(s.correction)]
-    likely = sorted(free, key=lambda s: -s.gain)[:CLOSELY]
-    begun = ((s.correction, fitted_from(bench, without, s)) for s in (finer(evidence, s, 1.0) for s in likely))
-    return any(price(bench, slid_on(bench, without, law, h)[1]) < asked for law, h in begun)
+    return any(price(bench, h) < asked for h in _fitted(bench, without, free))
+
+
+def _fitted(bench: Bench, base: Hypothesis, found: Sequence[Suspect]) -> Iterator[Hypothesis]:
+    """Yield the fits of the corrections that promise most on top of a hypothesis."""
+    evidence = bench.evidence(base)
+    likely = sorted(found, key=lambda s: -s.gain)[:CLOSELY]
+    for s in (finer(evidence, s, 1.0) for s in likely):
+        yield slid_on(bench, base, s.correction, fitted_from(bench, base, s))[1]

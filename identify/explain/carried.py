@@ -71,7 +71,7 @@ def carried(bench: Bench, plain: Hypothesis) -> tuple[Bench, Hypothesis] | None:
     laws = [law for kind in bench.kinds if kind.by_chance for law in kind.variants() if law.applicable(chain)]
     if not laws or chain.stage_of(Play) is None or not gap_v(chain) or not all(o.colour.white for o in seen):
         return None
-    before, chance = _differ(chain, seen)
+    before, chance = differ(chain, seen)
     if not np.any(before > chance):
         return None
     repeats = _repeats(chain, seen)
@@ -94,7 +94,7 @@ def ratchets(bench: Bench, final: Hypothesis) -> bool:
     What else differs from repeat to repeat, as a contact that makes elsewhere at every turn, has no such mean. Where
     repeats do not tell, it may be there.
     """
-    before, chance = _differ(final.fit.chain, bench.observations)
+    before, chance = differ(final.fit.chain, bench.observations)
     if not all(o.colour.white for o in bench.observations) or not np.any(before > chance):
         return True
     mean, needed = _mean(*weighed_again(bench, final))
@@ -107,7 +107,7 @@ def _mean(beside: Bench, found: Hypothesis) -> tuple[float, float]:
     return beside.without(found, law).chi2 - found.chi2, MEAN + SHARE * found.proven
 
 
-def _differ(chain: Chain, observations: Sequence[Observation]) -> tuple[Array, Array]:
+def differ(chain: Chain, observations: Sequence[Observation]) -> tuple[Array, Array]:
     """Return by how much repeats differ beyond the noise, and by how much chance would let them, chi-squared."""
     before, count = changes(chain, observations).T
     return before, PROVEN * np.sqrt(2.0 * count)

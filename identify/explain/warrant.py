@@ -5,7 +5,7 @@ from math import log
 
 from identify.blocks import Play
 from identify.effects.effect import Effect
-from identify.explain.anew import line_anew
+from identify.explain.anew import goes_on
 from identify.explain.bench import Bench
 from identify.explain.hypothesis import LEAST_TOLD, STRONG, Hypothesis
 from identify.explain.locate import Located, located, within_reach
@@ -17,7 +17,6 @@ from identify.stage import Place
 
 NEGLIGIBLE = 0.05  # share of what an effect explains that may remain without casting doubt on its name
 BY_THE_CLOCK = 0.5  # the same of what goes with the clock, where the effect does not: its law could not make that
-NO_CHANCE = 1e-6  # probability with which chance alone makes a line, below which it has not
 SAME_PLACE = 0.4  # share of what a name leaves, and a free-form correction finds, that one at its own place may explain
 
 
@@ -53,11 +52,11 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
     alone = located(bench, start) if asked and within_reach(bench, start, hypothesis.chi2) else None
     if alone is not None and _outdone(alone, hypothesis, bench.surprise):
         return Warranted(start, alone)
-    goes_on = _goes_on(bench, hypothesis)
-    foretold = [e for e in hypothesis.effects if e.by_chance and (goes_on or hypothesis.swell > 1.0)]
-    for effect in foretold:  # chance is believed last
+    chance = [e for e in hypothesis.effects if e.by_chance]
+    lined = bool(chance) and goes_on(hypothesis.fit.chain, bench.observations)
+    for effect in (e for e in chance if lined or hypothesis.swell > 1.0):  # chance is believed last
         under = located(bench, bench.without(hypothesis, effect))
-        if goes_on or _foretells(under, hypothesis):
+        if lined or _foretells(under, hypothesis):
             return Warranted(under.base, under)
     beyond = located(bench, hypothesis)
     while hypothesis.effects and beyond.significant and earned:
@@ -99,12 +98,6 @@ def _outdone(alone: Located, names: Hypothesis, surprise: float) -> bool:
 def _price(plain: Hypothesis, names: Hypothesis) -> float:
     """Return what the numbers of names cost, as twice a log of odds: of each what the mismatch tells (Schwarz)."""
     return (names.parameters - plain.parameters) * log(max(plain.chi2 - names.chi2, LEAST_TOLD))
-
-
-def _goes_on(bench: Bench, hypothesis: Hypothesis) -> bool:
-    """Return whether effects by chance leave a line in what repeats differ by: chance makes none."""
-    by_chance = any(effect.by_chance for effect in hypothesis.effects)
-    return by_chance and line_anew(hypothesis.fit.chain, bench.observations)[1] < NO_CHANCE
 
 
 def _foretells(under: Located, chance: Hypothesis) -> bool:

@@ -10,7 +10,7 @@ import pytest
 from identify.colour import Colour
 from identify.effects import catalogue
 from identify.explain.bench import Bench
-from identify.explain.beside import foretold, selected_beside, selected_either
+from identify.explain.beside import foretold, selected_beside, selected_either, without_chance
 from identify.explain.carried import (
     SURE,
     alike_weighed,
@@ -220,6 +220,15 @@ def test_what_shakes_the_borders_and_ratchets_nothing_is_no_noise_in_front_of_th
     monkeypatch.setattr("identify.explain.beside.selected", found)
     assert selected_either(bench, plain, quiet, may_wander=False)[1] is (plain if scattered else there)
     assert [len(kinds) for kinds in asked[1:]] == ([len(asked[0]) - 1] if scattered else [])
+
+
+@pytest.mark.parametrize("noise", [False, True])
+def test_nothing_acts_by_chance_where_a_line_is_all_that_repeats_differ_by(noise):
+    line = Concealed("source_line", {"amplitude": 0.1, "frequency": 333.7})
+    bench, plain, _ = begun(line, *([NOISY] if noise else []))
+    kinds = {kind.id for kind in without_chance(bench, plain).kinds}
+    assert "hum" in kinds
+    assert ("process_noise" in kinds) is noise
 
 
 def test_physics_that_the_noise_had_hidden_is_found_beside_it():

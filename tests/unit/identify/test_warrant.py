@@ -187,6 +187,6 @@ def test_chance_is_believed_last(
         return Located(base, ((correction, told),), 1e-12) if hypothesis is base else Located(chance, (), 1.0)
 
     monkeypatch.setattr("identify.explain.warrant.located", left)
-    monkeypatch.setattr("identify.explain.warrant.line_anew", lambda chain, seen: (330.0, line))
+    monkeypatch.setattr("identify.explain.anew.line_anew", lambda chain, seen: (330.0, line))
     found = warranted(bench, base, chance, [Round(base, 0, (chance,), settled=chance)])
     assert (found.hypothesis.effects == (effect,)) is earned
