@@ -46,7 +46,7 @@ MORE = 18  # gaps of a second hysteresis that is fitted
 FINER = (16, 28)  # of one that is fitted: the data choose
 TAUS = 6  # time constants of a filter
 CLOCK = 6
-OFTENER = (16, 48)  # of a gain that drifts and is fitted
+OFTENER = (16, 48)  # of a gain of the reading that drifts and is fitted
 LAGS = 5
 TURNS = 5
 RATES = (0.3, 0.5, 0.7, 0.83, 0.93)  # of the largest: what a stage may be too slow for
@@ -142,11 +142,12 @@ def _timed(evidence: Evidence, name: str) -> Iterator[Correction]:
 
 
 def sharpened(evidence: Evidence, correction: Correction) -> list[Correction]:
-    """Return a map of the level or a drifting gain with more knots, a hysteresis of more gaps; nothing for any other.
+    """Return a map of the level with more knots, a hysteresis of more gaps, a drift of the gain of the reading with
+    more knots; nothing for any other correction.
 
-    Of an offset more knots would follow whatever wanders: that is asked of tables as fine as windows, and where.
+    More knots of an offset, or of a gain in front of F, would follow whatever wanders or changes.
     """
-    if isinstance(correction, GainMap) and correction.counted == "drifts":
+    if isinstance(correction, GainMap) and correction.counted == "drifts" and correction.place is Place.SENSE:
         more = [count for count in OFTENER if count > len(correction.knots)]
         return [replace(correction, knots=recorded_knots(evidence, count)) for count in more]
     if correction.form == Hysteresis.form:
