@@ -78,10 +78,13 @@ def gone_on(
 ) -> tuple[Sequence[Suspect], Sequence[tuple[Correction, Hypothesis]]]:
     """Return the corrections that are worth a fit, and their fits; of lines those that are there in all runs alike."""
     worth, fitted = first.worth, [slid_on(bench, base, correction, h) for correction, h in first.fitted]
-    least = min((h for c, h in fitted if not is_fine(c)), key=lambda h: h.chi2, default=base)
-    told = base.chi2 - least.chi2
-    if least.misfit > base.noise_known or told < KEPT * max(s.gain for s in first.ranked):
-        evidence, left = bench.evidence(base), overlooked(first.ranked, worth)
+    least = min((h for _, h in fitted), key=lambda h: h.chi2)
+    left = overlooked(first.ranked, worth)
+    if least.misfit <= base.noise_known and base.chi2 - least.chi2 >= KEPT * max(s.gain for s in first.ranked):
+        fine = {s.correction.form for s in first.ranked if is_fine(s.correction)}
+        left = [s for s in left if s.correction.form in fine]  # what fits as well by a weight for every few readings
+    if left:
+        evidence = bench.evidence(base)
         others = raced(bench, base, [s if s.correction.searched else finer(evidence, s, first.noise) for s in left])
         worth, fitted = [*worth, *(s for s, _ in others)], [*fitted, *((s.correction, h) for s, h in others)]
     reach = max(MOVABLE * min(h.chi2 for _, h in fitted), (1.0 + base.noise_known) * base.count)

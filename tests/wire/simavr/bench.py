@@ -45,6 +45,7 @@ TROUBLE = {1: "the output moved before the input was held", 2: "a byte was lost 
 SIGNALS = {"reset": signal.SIGUSR1, "hang": signal.SIGUSR2}
 TURN_S, MOST_BYTES = 0.001, 4096
 _ARM = re.compile(rb"ARM (\d+) ")
+_ENDS = (b"HALT", b"SAFE")
 _RECORD, _ANSWER = struct.Struct("<4i"), struct.Struct("<i")
 CONTEXT = multiprocessing.get_context("forkserver")
 CONTEXT.set_forkserver_preload(["tests.wire.emulated", "tests.wire.warm"])
@@ -216,6 +217,8 @@ class _Host:
         for frame in self._reader.feed(data):
             if frame.kind == Kind.COMMAND and (armed := _ARM.match(frame.payload)):
                 self._total, self._fed = int(armed[1]), 0
+            elif frame.kind == Kind.COMMAND and frame.payload.startswith(_ENDS):
+                self._total = 0  # nothing more of that run comes: the board is not kept from answering
             elif frame.kind == Kind.OUTPUT:
                 self._fed, self._fed_s = frame.number + len(frame.payload) // 2, time.monotonic()
 
