@@ -37,7 +37,7 @@ WHOLE = ("test_answers.py", "test_carried.py", "test_corners.py", "test_excerpts
          "test_places.py", "test_profile.py", "test_readings.py", "test_second_look.py", "test_second_place.py",
          "test_select.py", "test_surest.py", "test_uneven_noise.py", "test_wander.py")  # fmt: skip
 LONG = ("proof", "benchmarks", "flow/test_batch.py", "flow/test_calibration.py", "flow/test_demo.py",
-        "flow/test_design.py", "flow/test_examples.py", "flow/test_mutated.py",
+        "flow/test_design.py", "flow/test_examples.py", "flow/test_live.py", "flow/test_mutated.py",
         "flow/test_real_recordings.py")  # fmt: skip
 UNCOUNTED = (*LONG, *WHOLE, "test_pressed.py")  # a signal of the last may meet a lock
 LONGEST = ("proof", "test_real_recordings.py", "test_demo.py")
