@@ -36,6 +36,13 @@ def alive(pid: int) -> bool:
     return False
 
 
+@pytest.fixture(autouse=True)
+def patient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Wait for a simulation on a computer that other tests keep busy; what is too late for a device has its own test.
+    """
+    monkeypatch.setattr("rig.device.STALL_S", 30.0)
+
+
 @needs_ngspice
 @pytest.mark.parametrize("u", [sine(0.2), staircase(200)], ids=["50 Hz sine", "staircase"])
 def test_the_circuit_agrees_with_the_chain_within_its_rails(u: Array) -> None:
