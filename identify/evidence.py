@@ -45,6 +45,7 @@ class Evidence:
         self._every = tuple(every or observations)
         self.coarse = self
         self.sample_s = 1.0 / observations[0].trace.rate_hz
+        self.longest_s = max(o.trace.size for o in observations) * self.sample_s
         self._seen: dict[tuple[object, ...], tuple[float, float]] = {}
         self._levels: dict[Place, Levels] = {}
         self._normals: dict[tuple[object, ...], tuple[Matrix, Array]] = {}

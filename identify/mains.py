@@ -103,8 +103,7 @@ class Mains:
 
         Lines of which there are fewer than two samples in a turn do not count: they look like others.
         """
-        longest_s = max(o.trace.size for o in self.evidence.observations) * self.evidence.sample_s
-        told = np.zeros(2 * int(np.ceil(FINER * RANGE_HZ * longest_s * self.orders.max())) + 1)
+        told = np.zeros(2 * int(np.ceil(FINER * RANGE_HZ * self.evidence.longest_s * self.orders.max())) + 1)
         seen = self.orders * (self.mains_hz + RANGE_HZ) < 0.5 / self.evidence.sample_s
         orders, residual, sample_s = self.orders[seen], self.evidence.residual, self.evidence.sample_s
         for (_, part), o in zip(self.evidence.parts(), self.evidence.observations, strict=True):

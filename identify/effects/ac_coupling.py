@@ -65,8 +65,7 @@ class AcCoupling(Effect):
 
         Where it is long against a run, the change is in proportion to 1/T.
         """
-        longest_s = evidence.sample_s * max(o.trace.size for o in evidence.observations)
-        tried = np.geomspace(SHORTEST_SAMPLES * evidence.sample_s, 10.0 * longest_s, GRID)
+        tried = np.geomspace(SHORTEST_SAMPLES * evidence.sample_s, 10.0 * evidence.longest_s, GRID)
         best = evidence.best(self, [{"T": float(t)} for t in tried])
         scale = evidence.scaled(self, {"T": float(tried[-1])})
         return [best, *([{"T": float(tried[-1]) / scale}] if scale > 0.0 else [])] if best else []

@@ -71,10 +71,9 @@ class InputAcCoupling(Effect):
 
         A long one acts in proportion to 1 / T: its best size is known from one trial.
         """
-        longest_s = max(o.trace.size for o in evidence.observations) * evidence.sample_s
-        size = LONG * longest_s
+        size = LONG * evidence.longest_s
         found = evidence.proportion(self, "T", size).get("T", 0.0)  # size times what the sag must be multiplied by
         tried = [size * size / found] if found > 0.0 else []
-        tried += [float(t) for t in np.geomspace(10.0 * evidence.sample_s, longest_s, 5)]
+        tried += [float(t) for t in np.geomspace(10.0 * evidence.sample_s, evidence.longest_s, 5)]
         best = evidence.best(self, [{"T": t} for t in tried])
         return [best] if best else []

@@ -279,6 +279,11 @@ class Answer:
             f"{effect.id} at {effect.place.label} is told by the training runs alone: what is held out hardly shows it"
             for effect in self.better.effects if self._untold(effect)
         ]  # fmt: skip
+        found += [
+            f"{effect.id} at {effect.place.label} has values with which much that is in no catalogue does the same: it "
+            "may be that as well"
+            for effect in self.better.effects if effect.ordinary(self.better.fit.chain)
+        ]  # fmt: skip
         found += self._within_doubt()
         if not self.plain.fit.converged:
             found.append(f"the plain fit did not converge: {self.plain.fit.sentence}")

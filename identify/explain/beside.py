@@ -62,17 +62,14 @@ def selected_beside(bench: Bench, plain: Hypothesis, note: Note) -> Selected | N
     return beside, final, [Round(weighed.without(base, law), 0, (base,)), *rounds]
 
 
-def without_chance(bench: Bench, plain: Hypothesis) -> Bench:
-    """Return the bench without what acts by chance where a line free of the stimulus is all that repeats differ by.
-
-    Itself where more is left of that, or nothing goes on.
-    """
+def only_a_line(bench: Bench, plain: Hypothesis) -> bool:
+    """Return whether a line free of the stimulus is all that repeats differ by: nothing acts by chance then."""
     before, chance = differ(plain.fit.chain, bench.observations)
     if not np.any(before > chance) or not goes_on(plain.fit.chain, bench.observations):
-        return bench
+        return False
     lines = [s for s in bench.suspects(plain) if s.correction.searched]
     left = (differ(h.fit.chain, bench.observations)[0] for h in _fitted(bench, plain, lines))
-    return foretelling(bench) if any(np.all(rest <= chance) for rest in left) else bench
+    return any(bool(np.all(rest <= chance)) for rest in left)
 
 
 def foretelling(bench: Bench) -> Bench:

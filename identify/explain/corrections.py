@@ -94,9 +94,9 @@ def _laws(evidence: Evidence, name: str) -> Iterator[Correction]:
 
 def _linear(evidence: Evidence, name: str) -> Iterator[Correction]:
     """Yield filters at the time constants of the circuit and beyond, a path past the circuit, and lines."""
-    slowest, longest = SLOWER * slowest_s(evidence), 0.5 * max(o.trace.size for o in evidence.observations)
+    slowest = SLOWER * slowest_s(evidence)
     fast = fast_s(evidence)
-    slow = tuple(np.geomspace(2.0 * slowest, max(longest * evidence.sample_s, 4.0 * slowest), TAUS).tolist())
+    slow = tuple(np.geomspace(2.0 * slowest, max(0.5 * evidence.longest_s, 4.0 * slowest), TAUS).tolist())
     yield from (Filter(place, fast, name) for place in (Place.G1, Place.G2))
     yield from (OneWay(place, fast[1::2], name) for place in OneWay.places)
     yield from (SlowFilter(place, slow, name) for place in (Place.SOURCE, Place.SENSE))
@@ -126,8 +126,7 @@ def _memories(evidence: Evidence, name: str) -> Iterator[Correction]:
 def _timed(evidence: Evidence, name: str) -> Iterator[Correction]:
     """Yield what goes with time: the clock, from run to run, or within every run."""
     clock, runs = clock_knots(evidence), tuple(sorted({o.trace.start_s for o in evidence.observations}))
-    longest_s = max(o.trace.size for o in evidence.observations) * evidence.sample_s
-    within = (0.0, *np.geomspace(longest_s / 2**CLOCK, longest_s, CLOCK).tolist())
+    within = (0.0, *np.geomspace(evidence.longest_s / 2**CLOCK, evidence.longest_s, CLOCK).tolist())
     kinds: tuple[tuple[type[Timed], ...], ...] = (
         (ClockMap, GainMap, GapOverClock), (OffsetSteps, GainSteps, GapSteps), (OffsetInRun, GainInRun, GapInRun)
     )  # fmt: skip
@@ -163,8 +162,8 @@ def _mixed(evidence: Evidence, name: str) -> Iterator[Correction]:
     yield from (Ripple(place, (ripple_hz(evidence, place),), name) for place in Ripple.places)
     if evidence.chain.stage_of(Play) is not None:
         yield GapRipple(Place.F, (ripple_hz(evidence, Place.F),), name)
-    slowest, longest = slowest_s(evidence), max(o.trace.size for o in evidence.observations) * evidence.sample_s
-    lags = tuple(np.geomspace(slowest, max(100.0 * slowest, longest), LAGS).tolist())
+    slowest = slowest_s(evidence)
+    lags = tuple(np.geomspace(slowest, max(100.0 * slowest, evidence.longest_s), LAGS).tolist())
     yield from (kind(place, lags, name) for kind in (Warming, Sag, Heated) for place in kind.places)
     yield GapAfterLoad(Place.F, lags, name)
     for place in (Place.G1, Place.G2):

@@ -6,6 +6,8 @@ F, and stays as it is while F rests.
 """
 
 from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
 from math import log
 
 import numpy as np
@@ -49,8 +51,9 @@ def wandering(evidence: Evidence) -> Iterator[tuple[Correction, Array, dict[str,
     place, name = where(evidence), free_name(evidence.chain)
     tables: list[tuple[type[Table], Place, float]] = [(ClockMap, place, each) for each in (*WINDOWS_S, BURST_S)]
     tables += [(kind, Place.SENSE, each) for kind in (GainMap, LeadDrift) for each in WINDOWS_S[1:]]
+    left = [_Left(o, o.residual(evidence.chain), evidence.sample_s) for o in evidence.observations]
     for kind, there, window_s in tables:
-        parts = [_windows(o, evidence, window_s, kind) for o in evidence.observations]
+        parts = [_windows(each, window_s, kind) for each in left]
         at, mean, squares = (np.concatenate([part[i] for part in parts]) for i in range(3))
         knots, looks = tuple(at.tolist()), 0.0
         correction: Correction = kind(there, knots, name)
@@ -108,29 +111,49 @@ def _stays(apart: Array, change: Array, noise: float) -> bool:
     return seen and float(np.mean(speeds[~moved])) < SELDOM * float(np.mean(speeds[moved]))
 
 
-def _windows(
-    observation: Observation, evidence: Evidence, window_s: float, kind: type[Table]
-) -> tuple[Array, Array, Array]:
+@dataclass(frozen=True, eq=False)
+class _Left:
+    """What a chain leaves of one run, V, shape (N,)."""
+
+    observation: Observation
+    residual: Array
+    sample_s: float
+
+    @cached_property
+    def white(self) -> Array:
+        """Return it per noise and made white."""
+        return whitened(self.observation, self.residual)
+
+    @cached_property
+    def answer(self) -> Array:
+        """Return what the chain answers, V."""
+        return np.asarray(self.observation.trace.y - self.residual)
+
+    def shape(self, kind: type[Table]) -> Array:
+        """Return what a weight of a table adds to the answer."""
+        if kind is LeadDrift:
+            return np.gradient(self.answer) / self.sample_s
+        return self.answer if kind is GainMap else np.ones(self.residual.size)
+
+
+def _windows(left: _Left, window_s: float, kind: type[Table]) -> tuple[Array, Array, Array]:
     """Return the middle of every window on the clock, the weight of a table there, and the square the data give it.
 
     Where the signal hardly moves in one, nothing is told of a delay, nor of a gain where it is hardly there. The noise
     is that within the windows where it is larger than what was told of it. Noise that hangs together wanders by itself:
     what is weighed is made white.
     """
-    size = max(round(window_s / evidence.sample_s), 1)
-    number = np.arange(observation.trace.size) // size
-    residual = observation.residual(evidence.chain)
-    answer = observation.trace.y - residual
-    shape = {ClockMap: np.ones(answer.size), GainMap: answer, LeadDrift: np.gradient(answer) / evidence.sample_s}[kind]
-    told = np.bincount(number, np.where(observation.use, np.square(shape), 0.0))
+    use, shape = left.observation.use, left.shape(kind)
+    size = max(round(window_s / left.sample_s), 1)
+    number = np.arange(use.size) // size
+    told = np.bincount(number, np.where(use, np.square(shape), 0.0))
     each = np.maximum(told, 1e-300)
-    off = np.bincount(number, np.where(observation.use, shape * residual, 0.0)) / each
-    white = whitened(observation, residual)
-    level = np.bincount(number, shape * white) / each
-    middle = observation.trace.start_s + (np.arange(told.size) + 0.5) * size * evidence.sample_s
+    off = np.bincount(number, np.where(use, shape * left.residual, 0.0)) / each
+    level = np.bincount(number, shape * left.white) / each
+    middle = left.observation.trace.start_s + (np.arange(told.size) + 0.5) * size * left.sample_s
     kept = told > FAINT * float(np.mean(told))
-    scatter = np.where(observation.use, np.square(white - shape * level[number]), 0.0)
-    free = max(observation.count - int(np.sum(kept)), 1)
+    scatter = np.where(use, np.square(left.white - shape * level[number]), 0.0)
+    free = max(left.observation.count - int(np.sum(kept)), 1)
     noise2 = max(float(np.sum(scatter)) / free, 1.0)
     squares = told * np.square(level) / noise2
     return np.asarray(middle[kept], dtype=np.float64), off[kept], np.asarray(squares[kept], dtype=np.float64)

@@ -217,9 +217,8 @@ def tuned(evidence: Evidence, found: Suspect) -> Suspect:
 
     A line that is off by a tenth of that leaves a tenth of itself: far above the noise it would not be what it is.
     """
-    longest_s = _longest_s(evidence)
-    step_hz = BESIDE / longest_s
-    while step_hz > TUNED / longest_s:
+    step_hz = BESIDE / evidence.longest_s
+    while step_hz > TUNED / evidence.longest_s:
         at_hz = found.correction.knots[0]
         sides = [suspect(evidence, replace(found.correction, knots=(at_hz + by,))) for by in (-step_hz, step_hz)]
         better = max(sides, key=lambda s: s.gain)
@@ -230,11 +229,6 @@ def tuned(evidence: Evidence, found: Suspect) -> Suspect:
     return found
 
 
-def _longest_s(evidence: Evidence) -> float:
-    """Return how long the longest run is, s: what it resolves is one over that."""
-    return max(o.trace.size for o in evidence.observations) * evidence.sample_s
-
-
 def retuned(evidence: Evidence, base: Chain, law: Correction) -> tuple[Correction, dict[str, float]] | None:
     """Return a fitted law of one frequency at a better one, and all values there; None where noise may ask for it.
 
@@ -242,12 +236,12 @@ def retuned(evidence: Evidence, base: Chain, law: Correction) -> tuple[Correctio
     that where it explains most is told from there and not from where it is absent.
     """
     evidence = evidence.seen_by(law)
-    by_hz = TUNED / _longest_s(evidence)
+    by_hz = TUNED / evidence.longest_s
     moved = replace(law, knots=(law.knots[0] + by_hz,))
     column = evidence.change(moved.put_in(base, evidence.chain.values)) / by_hz
-    matrix, right = evidence.normal_of(column[None, :])
-    step_hz = float(right[0] / matrix[0, 0]) if matrix[0, 0] > 0.0 else 0.0
-    if step_hz * float(right[0]) < 1.0:
+    along, energy = evidence.products(column)
+    step_hz = along / energy if energy > 0.0 else 0.0
+    if step_hz * along < 1.0:
         return None
     return replace(law, knots=(law.knots[0] + step_hz,)), _moved(evidence, evidence.residual - step_hz * column)
 

@@ -10,7 +10,7 @@ import pytest
 from identify.colour import Colour
 from identify.effects import catalogue
 from identify.explain.bench import Bench
-from identify.explain.beside import foretold, selected_beside, selected_either, without_chance
+from identify.explain.beside import _fitted, foretold, only_a_line, selected_beside, selected_either
 from identify.explain.carried import (
     SURE,
     alike_weighed,
@@ -23,13 +23,15 @@ from identify.explain.carried import (
     scatters_so,
     weighed_again,
 )
-from identify.explain.explain import confirmed, explain, prepared
+from identify.explain.explain import _found, confirmed, explain, prepared
+from identify.explain.free_form import fitted_from
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located
 from identify.explain.prune import pruned
+from identify.explain.readings import Look, read
 from identify.explain.rivals import _ahead
 from identify.explain.round import Round
-from identify.explain.suspect import MOST, suspects
+from identify.explain.suspect import MOST, finer, suspects
 from identify.explain.wander import changes, whitened
 from identify.explain.warrant import Warranted, warranted
 from identify.fit import Pull
@@ -37,6 +39,7 @@ from identify.holdout import split
 from identify.observe import pooled_rms, refined, weighed
 from identify.stage import Place
 from identify.trace import Step
+from identify.unnamed.lines import GapRipple
 from identify.unnamed.maps import LevelMap
 from identify.unnamed.timed import ClockMap
 from identify.wandering import wander_of
@@ -223,12 +226,32 @@ def test_what_shakes_the_borders_and_ratchets_nothing_is_no_noise_in_front_of_th
 
 
 @pytest.mark.parametrize("noise", [False, True])
-def test_nothing_acts_by_chance_where_a_line_is_all_that_repeats_differ_by(noise):
+def test_nothing_acts_by_chance_where_a_line_is_all_that_repeats_differ_by(noise, monkeypatch):
     line = Concealed("source_line", {"amplitude": 0.1, "frequency": 333.7})
-    bench, plain, _ = begun(line, *([NOISY] if noise else []))
-    kinds = {kind.id for kind in without_chance(bench, plain).kinds}
-    assert "hum" in kinds
-    assert ("process_noise" in kinds) is noise
+    model, tried = model_of(OP_AMP), list[set[str]]()
+    there = runs(line, *([NOISY] if noise else []))
+    readings = read(model, there, (), lambda data: prepared(model, data, ()), Look(()))
+    assert only_a_line(readings.bench, readings.plain) is not noise
+
+    def noted(bench: Bench, plain: Hypothesis, *_: object) -> tuple[Bench, Hypothesis, list[Round]]:
+        tried.append({kind.id for kind in bench.kinds})
+        return bench, plain, []
+
+    for name in ("selected_beside", "selected_either"):
+        monkeypatch.setattr(sys.modules[explain.__module__], name, noted)
+    _found(readings, quiet, Look((), against=readings.plain.fit.chain))
+    assert ["process_noise" in kinds for kinds in tried] == [noise]
+    assert "hum" in tried[0]
+
+
+def test_a_ripple_of_the_gap_is_held_against_noise_at_the_frequency_its_fit_asks_for():
+    """Told from a gap that rests it is off by so much that noise in front of the gap would be the likelier."""
+    bench, plain, _ = begun(Concealed("hum at F", {"frequency": 86.3, "amplitude": 0.3}))
+    (found,) = (s for s in bench.suspects(plain) if s.correction.form == GapRipple.form)
+    begins = fitted_from(bench, plain, finer(bench.evidence(plain), found, 1.0))
+    (there,) = _fitted(bench, plain, [found])
+    assert there.fit.chain.added[0].knots[0] == pytest.approx(86.3, abs=1e-3)
+    assert price(bench, there) < 0.1 * price(bench, begins)
 
 
 def test_physics_that_the_noise_had_hidden_is_found_beside_it():

@@ -21,7 +21,7 @@ from identify.explain.prove import proven
 from identify.explain.rivals import left_to_explain
 from identify.explain.shape import shape_of
 from identify.explain.survey import surveyed
-from identify.explain.suspect import MOST, contenders, overlooked, retuned, suspect
+from identify.explain.suspect import MOST, Suspect, contenders, overlooked, retuned, suspect
 from identify.explain.wander import unrepeated
 from identify.phases import turned_sines
 from identify.stage import Place
@@ -187,18 +187,30 @@ def test_what_comes_back_with_the_stimulus_is_told_from_what_does_not(comes_back
     assert where(evidence) == Place.SENSE
 
 
-@pytest.mark.parametrize(("form", "wandering"), [
-    ("drift of the gain", lambda r, by: replace(r, y=r.y * (1.0 + 0.02 * by(r.clock_s)))),
-    ("drift of the delay", lambda r, by: replace(r, y=np.interp(r.clock_s + 2e-4 * by(r.clock_s), r.clock_s, r.y))),
-])  # fmt: skip
+def gain(trace: Trace, off: Array) -> Array:
+    """Return readings with a gain that is off by 2 %."""
+    return trace.y * (1.0 + 0.02 * off)
+
+
+def late(trace: Trace, off: Array) -> Array:
+    """Return readings of which the clock is off by 200 us."""
+    return np.interp(trace.clock_s + 2e-4 * off, trace.clock_s, trace.y)
+
+
+@pytest.mark.parametrize(("form", "wandering", "share", "period_s"), [
+    ("drift of the gain", gain, 1.0, 2.6),
+    ("drift of the gain", gain, 0.15, 0.7),
+    ("drift of the delay", late, 1.0, 2.6),
+])
 def test_a_gain_or_a_delay_that_wanders_is_told_from_an_offset_that_does(
-    form: str, wandering: Callable[[Trace, Callable[[Array], Array]], Trace]
+    form: str, wandering: Callable[[Trace, Array], Array], share: float, period_s: float
 ) -> None:
     """A table of the offset as fine as the data explains as much: it has a weight for every few readings."""
     twice = staircase("walk", FIG13_LEVELS_V, 0.06, 2)
     trace = recorded(OP_AMP, twice, (), 0.0, 1, 0.0, 8)
     steps = tuple(Step(s.label, s.kind, s.start, s.stop, s.repeat) for s in twice.segments)
-    wandered = wandering(replace(trace, steps=steps), lambda clock_s: np.sin(2.0 * np.pi * clock_s / 2.6))
+    y = wandering(trace, share * np.sin(2.0 * np.pi * trace.clock_s / period_s))
+    wandered = replace(trace, y=y, steps=steps)
     there = replace(bench(), observations=(observed(noisy(wandered, NOISE_V, 1), NOISE_V, 1),))
     told = found(there)
     assert (told.best.place, told.best.form) == (Place.SENSE, form)
@@ -388,6 +400,13 @@ def test_a_law_of_how_fast_g2_puts_out_is_listed_at_the_sense(kind: type[Correct
     base = replace(there.fitted(there.plain, ()), chi2=2000.0, count=1000)
     fitted = ((kind(Place.G2, (-1.0, 1.0, 2.0)), replace(base, chi2=1000.0)),)
     assert Located(base, fitted, 0.0, (5.0,)).places == pytest.approx({Place.G2: 0.8, Place.SENSE: 0.2})
+
+
+def test_a_table_as_fine_as_the_data_keeps_none_of_few_knots_from_the_race() -> None:
+    fine, few = (ClockMap(Place.SENSE, tuple(np.arange(float(count)).tolist())) for count in (MOST + 1, 6))
+    ranked = [Suspect(law, np.ones(1), np.array([5000.0]), {}) for law in (fine, few)]
+    assert overlooked(ranked, ranked[:1]) == ranked[1:]
+    assert overlooked(ranked, ranked) == []
 
 
 def test_of_corrections_that_race_those_come_to_the_end_that_explain_most() -> None:

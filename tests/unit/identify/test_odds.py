@@ -109,5 +109,5 @@ def test_a_resonance_that_peaks_nowhere_may_be_any_quick_filter(zeta, sure):
     law, plain = catalogue()["resonance"](Place.G2), bench.fitted(bench.plain, ())
     found = bench.fitted(law.put_in(bench.plain, {"w_n": 2000.0, "zeta": zeta}), (law,))
     probability, _ = odds(bench, found, law, [Round(plain, 1, (found,))], Located(found, (), 1.0))
-    assert (probability > 0.9) is sure
+    assert (probability > 0.9, probability <= 0.5) == (sure, not sure)
     assert probability > 0.4
