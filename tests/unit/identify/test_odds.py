@@ -8,6 +8,7 @@ from scipy.stats import norm
 
 from identify.chain import plain_chain, simulate
 from identify.effects import catalogue, chain_of
+from identify.explain import explain
 from identify.explain.bench import Bench
 from identify.explain.confirm import improvement, unconfirmed
 from identify.explain.hypothesis import FALSE_DISCOVERIES, Hypothesis, is_discovery
@@ -19,7 +20,7 @@ from identify.levels import merit
 from identify.stage import Place
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP, RC
-from tests.proof.stimuli import sine
+from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
 from tests.trials import model_of, noisy, observed, recorded
 
 NOISE_V = 0.01
@@ -111,3 +112,13 @@ def test_a_resonance_that_peaks_nowhere_may_be_any_quick_filter(zeta, sure):
     probability, _ = odds(bench, found, law, [Round(plain, 1, (found,))], Located(found, (), 1.0))
     assert (probability > 0.9, probability <= 0.5) == (sure, not sure)
     assert probability > 0.4
+
+
+def test_who_reads_of_a_law_with_much_company_is_told_so():
+    concealed = (Concealed("resonance in G2", {"w_n": 2000.0, "zeta": 0.95}),)
+    played = sine("sine", 31.25, 8.0, 8, 1), staircase("walk", FIG13_LEVELS_V, 0.03), sine("other", 20.0, 7.0, 20, 1)
+    *seen, held_out = (recorded(RC, s, concealed, NOISE_V, i, 3.0 * i, 8) for i, s in enumerate(played))
+    told = explain(model_of(RC), seen, [held_out])
+    assert [(effect.id, effect.stage) for effect in told.effects] == [("resonance", "G2")]
+    assert told.effects[0].probability <= 0.5
+    assert any(text.startswith("resonance at G2 has values with which much") for text in told.warnings)
