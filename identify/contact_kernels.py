@@ -1,9 +1,11 @@
-"""The compiled loops of a play whose contact is of another kind: it sticks, or gives way."""
+"""The compiled loops of a play whose contact is of another kind: it sticks, gives way, or kicks as it opens."""
 
 import numpy as np
 from numba import njit
 
 from identify.trace import Array
+
+OPENS_V = 1e-9  # by which a border has left w once contact is lost: where v rests, rounding moves it by less
 
 
 @njit(error_model="numpy", cache=True)
@@ -23,6 +25,30 @@ def sticking_play(
             slides = False
         out[j] = w
     return w, slides
+
+
+@njit(error_model="numpy", cache=True)
+def kicking_play(
+    lower: Array, upper: Array, at: Array, kicks: Array, state: tuple[float, int], out: Array
+) -> tuple[float, int]:
+    """Run a play operator whose level w is kicked away from a border where contact opens, by what hangs on w there.
+
+    ``kicks`` are those of both borders, shape (2, knots), straight between the levels ``at``. ``state``: w, and the
+    border it stands at, 0 or 1, or -1; returned as it is at the end. ``out`` may be one of the borders.
+    """
+    w, side = state
+    for j in range(lower.size):
+        low, high = lower[j], upper[j]
+        if w <= low:
+            w, side = low, 0
+        elif w >= high:
+            w, side = high, 1
+        elif side >= 0 and w > low + OPENS_V and w < high - OPENS_V:
+            kick = np.interp(w, at, kicks[side])
+            w = min(max(w + kick if side == 0 else w - kick, low), high)
+            side = -1
+        out[j] = w
+    return w, side
 
 
 @njit(error_model="numpy", cache=True)

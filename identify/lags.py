@@ -1,4 +1,4 @@
-"""Which of the lags at a place is the one that is not drawn?
+"""Which lags does a place have, and which of them is the one that is not drawn?
 
 Lags in a row can be told in any order: a block with the lag in it that was left out, and beside it one of the block's
 own, is the same data. The rig file decides: its block keeps the poles that lie nearest to those it is drawn with.
@@ -10,8 +10,18 @@ from identify.blocks import LinearBlock
 from identify.chain import Chain
 from identify.sections import product, sections
 from identify.stage import Place
+from identify.trace import Array
 
 REAL = 1e-6  # of a pole: a smaller imaginary part is rounding
+
+
+def time_constants(chain: Chain, place: Place) -> Array:
+    """Return those of the plain block at a place, s, shape (order,), the slowest first; of a pair how fast it decays.
+    """
+    blocks = [s for s in chain.stages if isinstance(s, LinearBlock) and s.place is place]
+    poles = [np.roots(b.rational(tuple(chain.values[p.name] for p in b.parameters())).den) for b in blocks]
+    rates = np.abs(np.real(np.concatenate([np.zeros(0), *poles])))
+    return np.asarray(1.0 / np.sort(rates[rates > 0.0]))
 
 
 def as_drawn(chain: Chain, place: Place, lag: str) -> Chain:

@@ -12,6 +12,7 @@ from identify.effects.adc_nonlinearity import AdcNonlinearity
 from identify.effects.curved_border import CurvedBorder
 from identify.effects.effect import Confusion, Effect, short
 from identify.effects.inside_play import mean_slope
+from identify.lags import time_constants
 from identify.observe import Observation
 from identify.stage import Block, Grid, Parameter, Place, Run, Shape, Values
 from identify.trace import Array
@@ -28,6 +29,7 @@ SMALL = {"k1": 1e-4, "k2": 1e-5}  # 1/V, 1/V^2: the change is looked at where it
 TAUS = np.geomspace(0.3, 3e3, 9)  # samples
 SIMULATED = 3  # of these, that promise most
 ENDLESS_S = 1.0  # of tau, from which a capacitor hardly discharges within a step
+OWN, SLOW = 2.0, 0.1  # times a time constant that is its block's; of the slowest, from which one is slow
 GROWN = 2.0  # times its size at rest: a junction that begins to conduct; no part grows further with voltage
 BENT = {"square": "cube", "straight": "square", FULLEST: "square and cube"}  # what a law is where it does not
 
@@ -92,6 +94,11 @@ class CapacitorNonlinearity(Effect):
         levels = [signals(chain, o.trace)[chain.index(self.place) - 1] for o in observations]
         s = np.array([end for level in levels for end in (np.min(level), np.max(level))])
         return bool(np.all(1.0 - k1 * s - k2 * np.square(s) <= GROWN))
+
+    def ordinary(self, chain: Chain) -> bool:
+        """Return whether it makes none of the slow lags of its block: so do delays and lags that hang on much else."""
+        tau, own = chain.values[self.called(TAU)], time_constants(chain, self.place)
+        return not any(max(tau / t, t / tau) < OWN for t in own if t > SLOW * own[0])
 
     def plainer(self, chain: Chain) -> tuple[Effect, dict[str, float]] | None:
         """Return the bent scale that is left of it where it does not discharge: of F in G1, of the reading in G2."""

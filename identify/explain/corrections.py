@@ -10,20 +10,21 @@ from itertools import pairwise
 
 import numpy as np
 
-from identify.blocks import LinearBlock, Play
+from identify.blocks import Play
 from identify.chain import Chain, signals
 from identify.evidence import Evidence
 from identify.explain.anew import LINE, line_anew
+from identify.lags import time_constants
 from identify.observe import Observation
 from identify.stage import Place
 from identify.trace import Array
-from identify.unnamed.contact import Giving, Sticking
+from identify.unnamed.contact import Giving, Kicking, Sticking
 from identify.unnamed.correction import UNNAMED, Correction
 from identify.unnamed.hysteresis import Hysteresis, Relays
 from identify.unnamed.linear import Bypass, Filter, OneWay, SlowFilter
 from identify.unnamed.lines import GapRipple, Line, Ripple
 from identify.unnamed.maps import LevelMap, LevelTable, RateGain, RateMap, SourceGain, SourceMap, Trailing
-from identify.unnamed.memory import BorderMap, GapAfterTurn, GapOverRate, Leak, Plateau
+from identify.unnamed.memory import BorderMap, BorderOverRate, GapAfterTurn, GapOverRate, Leak, Plateau
 from identify.unnamed.modulation import GapAfterLoad, Heated, Sag, Swiftness, Warming
 from identify.unnamed.timed import (
     Ageing,
@@ -57,6 +58,7 @@ PADDED = 8  # times the length of a run, with zeros: places a peak between bins
 GAPS = (3e-4, 1e-3, 3e-3, 0.01, 0.02, 0.04, 0.06, 0.09, 0.13, 0.18, 0.25, 0.35)  # of a range: half gaps
 PUSHES = (3e-3, 7e-3, 0.015, 0.03, 0.06, 0.12)  # of how far w goes: what breaks a contact loose
 THRESHOLDS = (0.05, 0.15, 0.3, 0.5, 0.7)  # of how far a signal goes: where something may switch
+KICKS = 3  # levels of w at which a contact that opens may push it by something else
 RESTS = 50  # samples for which a level is kept, to be one that u rests on
 APART = 1e-3  # of the range of u: levels closer than that are one
 DWELT = 48  # levels that a table may have
@@ -109,11 +111,12 @@ def _memories(evidence: Evidence, name: str) -> Iterator[Correction]:
     """Yield what changes the hysteresis."""
     yield BorderMap(Place.F, level_knots(evidence, Place.G1, KNOTS), name)
     speeds = tuple(rate for rate in evidence.rates(Place.G1) if rate >= 0.0)
-    yield GapOverRate(Place.F, speeds, name)
+    yield BorderOverRate(Place.F, speeds, name)
     yield GapAfterTurn(Place.F, tuple(np.linspace(0.0, max(map(abs, evidence.range(Place.G1))), TURNS).tolist()), name)
     width = max(map(abs, evidence.range(Place.F)))
     yield Sticking(Place.F, tuple(share * max(width, 1e-9) for share in PUSHES), name)
     yield Giving(Place.F, fast_s(evidence)[1::2], name)
+    yield Kicking(Place.F, level_knots(evidence, Place.F, KICKS), name)
     yield Leak(Place.F, level_knots(evidence, Place.G1, KNOTS), name)
     for place in Hysteresis.places:
         low, high = evidence.range(place)
@@ -142,13 +145,15 @@ def _timed(evidence: Evidence, name: str) -> Iterator[Correction]:
 
 def sharpened(evidence: Evidence, correction: Correction) -> list[Correction]:
     """Return a map of the level with more knots, a hysteresis of more gaps, a drift of the gain of the reading with
-    more knots; nothing for any other correction.
+    more knots, both borders alike over the rate; nothing for any other correction.
 
     More knots of an offset, or of a gain in front of F, would follow whatever wanders or changes.
     """
     if isinstance(correction, GainMap) and correction.counted == "drifts" and correction.place is Place.SENSE:
         more = [count for count in OFTENER if count > len(correction.knots)]
         return [replace(correction, knots=recorded_knots(evidence, count)) for count in more]
+    if correction.form == BorderOverRate.form:
+        return [GapOverRate(correction.place, correction.knots, correction.name)]
     if correction.form == Hysteresis.form:
         ends = correction.knots[0], correction.knots[len(correction.knots) // 3], correction.knots[-1]
         return [replace(correction, knots=tuple(np.geomspace(*pair, MORE).tolist())) for pair in pairwise(ends)]
@@ -263,9 +268,5 @@ def fast_s(evidence: Evidence) -> tuple[float, ...]:
 
 def slowest_s(evidence: Evidence) -> float:
     """Return the slowest time constant of G1 and G2 as fitted, s; a sample where they have none."""
-    chain, slowest = evidence.chain, evidence.sample_s
-    for stage in chain.stages:
-        if isinstance(stage, LinearBlock):
-            poles = np.roots(stage.rational(tuple(chain.values[p.name] for p in stage.parameters())).den)
-            slowest = max([slowest, *(1.0 / abs(float(pole.real)) for pole in poles if pole.real)])
-    return slowest
+    constants = (time_constants(evidence.chain, place) for place in (Place.G1, Place.G2))
+    return max([evidence.sample_s, *(float(taus[0]) for taus in constants if taus.size)])

@@ -1,4 +1,4 @@
-"""Which free-form laws change how contact is made: one that sticks, one that gives way?"""
+"""Which free-form laws change how contact is made: one that sticks, one that gives way, one that kicks?"""
 
 from abc import abstractmethod
 from dataclasses import dataclass
@@ -97,6 +97,39 @@ class Giving(Contact):
             lower, upper = s_l * (block.signal - d_l), s_u * (block.signal - d_u)
             start = (float(lower[0]), float(upper[0]), 0.0) if state is None else state
             state = contact_kernels.giving_play(lower, upper, grid.step_s / knot, start, lower)
+            return np.asarray(lower)
+
+        return run
+
+
+@dataclass(frozen=True)
+class Kicking(PlayCorrection):
+    """A contact that kicks w away as it opens: the charge of a switch that lets go of a capacitor, say.
+
+    A kick towards the border that w leaves is none: that border is in its way.
+    """
+
+    form = "kick at opening"
+    kind = "a contact that kicks as it opens"
+    equation = "w jumps up by c_L(w) as it leaves border L, down by c_U(w) as it leaves U, straight between the knots"
+    knot_unit = "V"
+    weights = (("L", "V"), ("U", "V"))
+
+    @property
+    def axis(self) -> str:
+        """Return the coordinate."""
+        return "branch"
+
+    def played(self, borders: Values, values: Values, grid: Grid) -> Run:
+        """Return the operator whose contacts kick."""
+        s_l, d_l, s_u, d_u = borders
+        at, kicks = np.array(self.knots), np.array(self.split(values))
+        state = 0.0, -1
+
+        def run(block: Block) -> Array:
+            nonlocal state
+            lower, upper = s_l * (block.signal - d_l), s_u * (block.signal - d_u)
+            state = contact_kernels.kicking_play(lower, upper, at, kicks, state, lower)
             return np.asarray(lower)
 
         return run

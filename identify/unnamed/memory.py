@@ -1,6 +1,7 @@
 """Which free-form laws change the gap: bent borders, a gap that is not constant, a way past it, plateaus that creep?"""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -60,7 +61,7 @@ class GapOverRate(PlayCorrection):
     equation = "D_L + c(abs(dv/dt)), D_U - c(abs(dv/dt)), c straight between the knots"
     quick = True
     knot_unit = "V/s"
-    weights = (("widen", "V"),)
+    weights: ClassVar[tuple[tuple[str, str], ...]] = (("widen", "V"),)
 
     @property
     def axis(self) -> str:
@@ -69,6 +70,10 @@ class GapOverRate(PlayCorrection):
 
     def played(self, borders: Values, values: Values, grid: Grid) -> Run:
         """Return the operator whose gap follows the speed."""
+        return widened_play(borders, *(self._widened(part, grid) for part in self.split(values)))
+
+    def _widened(self, values: Array, grid: Grid) -> Run:
+        """Return by how much a border is farther out, V."""
         last: float | None = None
 
         def widened(block: Block) -> Array:
@@ -77,7 +82,17 @@ class GapOverRate(PlayCorrection):
             last = float(block.signal[-1])
             return np.interp(speed, self.knots, values)
 
-        return widened_play(borders, widened)
+        return widened
+
+
+@dataclass(frozen=True)
+class BorderOverRate(GapOverRate):
+    """Contact later or sooner by how fast v moves, on either side by a law of its own: one diode of two, say."""
+
+    form = "either border over the rate"
+    kind = "a border that depends on the speed"
+    equation = "D_L + c_L(abs(dv/dt)), D_U - c_U(abs(dv/dt)), both straight between the knots"
+    weights = (("L", "V"), ("U", "V"))
 
 
 @dataclass(frozen=True)

@@ -259,6 +259,23 @@ def giving_play(lower, upper, steps):  # type: ignore[no-untyped-def]  # compile
     return w
 
 
+@njit(cache=True)
+def kicking_play(lower, upper, kick_v):  # type: ignore[no-untyped-def]  # compiled
+    """Return w of a play of which either border kicks w ``kick_v`` away, into the gap, as it leaves it."""
+    w = np.empty(lower.size)
+    level, touched = 0.0, 0.0
+    for n in range(lower.size):
+        if level <= lower[n]:
+            level, touched = lower[n], 1.0
+        elif level >= upper[n]:
+            level, touched = upper[n], -1.0
+        elif touched != 0.0 and min(level - lower[n], upper[n] - level) > 1e-9:  # rounding opens no contact
+            level = min(max(level + touched * kick_v, lower[n]), upper[n])
+            touched = 0.0
+        w[n] = level
+    return w
+
+
 def read_when(nodes: Array, times_s: Array, step_s: float) -> Array:
     """Return a signal at any times since the start of the run; outside it rests at its first or last value."""
     return np.interp(times_s, np.arange(nodes.size) * step_s, nodes)

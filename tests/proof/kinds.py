@@ -484,4 +484,6 @@ UNHEARD: tuple[Kind, ...] = (
     Kind("hurried_reading", "sense", "hurried_reading", _hurried),
     Kind("stale_reading", "sense", "stale_reading", _one("share", lambda r: 0.5)),
     Kind("giving_contact", "F", "giving_contact", _one("tau", lambda r: 20e-3)),
+    Kind("kicking_contact", "F", "kicking_contact", _one("kick", lambda r: 0.1 * r.high_w_v)),
+    Kind("later_contact", "F", "later_contact", _one("k", lambda r: 0.3 * r.rig.half_gap_v / r.speed_v)),
 )

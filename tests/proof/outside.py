@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from scipy.signal import lfilter
 
-from tests.proof.integrator import Array, giving_play, play, read_when, sticking_play
+from tests.proof.integrator import Array, giving_play, kicking_play, play, read_when, sticking_play
 from tests.proof.physics import Change, Place, Scene, borders, lag, slew_limit
 
 
@@ -43,6 +43,18 @@ def stick_slip(v: Array, scene: Scene) -> Array:
 def giving_contact(v: Array, scene: Scene) -> Array:
     """Let w follow its border through ``tau`` [s] in contact, as a capacitor charged through a resistance does."""
     return np.asarray(giving_play(*borders(v, scene.rig), scene.grid.step_s / scene.values["tau"]))
+
+
+def kicking_contact(v: Array, scene: Scene) -> Array:
+    """Let either contact kick w by ``kick`` [V] away as it opens, as the charge of a switch does."""
+    return np.asarray(kicking_play(*borders(v, scene.rig), scene.values["kick"]))
+
+
+def later_contact(v: Array, scene: Scene) -> Array:
+    """Make contact on rises alone k |dv/dt| later: one of two diodes is slow."""
+    lower, upper = borders(v, scene.rig)
+    later = scene.rig.s_l * scene.values["k"] * np.abs(np.gradient(v, scene.grid.step_s))
+    return play(lower - later, upper, 0.0, 1.0, 0.0)
 
 
 def wearing_gap(v: Array, scene: Scene) -> Array:
@@ -327,6 +339,8 @@ OUTSIDE: dict[str, tuple[Place, Change]] = {
     "level_dependent_delay": ("v", level_dependent_delay),
     "stick_slip": ("play", stick_slip),
     "giving_contact": ("play", giving_contact),
+    "kicking_contact": ("play", kicking_contact),
+    "later_contact": ("play", later_contact),
     "wearing_gap": ("play", wearing_gap),
     "crossover": ("w", crossover),
     "lost_contact": ("w", lost_contact),

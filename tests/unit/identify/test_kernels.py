@@ -307,6 +307,24 @@ def test_a_contact_that_gives_way_follows_its_border_through_a_lag(lag):
     assert np.abs(play((2.0, 0.7, 1.5, -0.9), v) - expected).max() > 0.01 * np.ptp(expected)
 
 
+@pytest.mark.parametrize("kick", [0.0, 0.3, 40.0])
+def test_a_contact_that_opens_kicks_by_what_hangs_on_the_level_there(kick):
+    v = 3.0 * np.sin(np.linspace(0.0, 14.0, 300)) + np.sin(np.linspace(0.0, 45.0, 300))
+    lower, upper, levels = 2.0 * (v - 0.7), 2.0 * (v + 0.9), np.array([-5.0, 5.0])
+    out, state = np.empty(v.size), (0.0, -1)
+    for part in np.array_split(np.arange(v.size), 3):
+        span = slice(part[0], part[-1] + 1)
+        state = contact_kernels.kicking_play(lower[span], upper[span], levels, np.full((2, 2), kick), state, out[span])
+    assert np.allclose(out, integrator.kicking_play(lower, upper, kick), rtol=0.0, atol=1e-12)
+    tilted = np.empty(v.size)
+    kicks = np.array([[0.0, 0.2], [0.0, 0.0]])  # at the lower border alone, none at the lowest level
+    contact_kernels.kicking_play(lower, upper, levels, kicks, (0.0, -1), tilted)
+    plain = play((2.0, 0.7, 2.0, -0.9), v)
+    opens = np.flatnonzero((plain[:-1] == lower[:-1]) & (plain[1:] > lower[1:])) + 1
+    assert opens.size > 1
+    assert np.allclose(tilted[opens] - plain[opens], np.interp(plain[opens], levels, kicks[0]), rtol=0.0, atol=1e-12)
+
+
 @pytest.mark.parametrize(("volts", "steps"), [(0.02, 1.0), (0.3, 1.0), (0.3, 0.01)])
 @pytest.mark.parametrize("leak", [0.0, 1e-3])
 def test_a_contact_through_a_diode_solves_the_equation_of_its_currents(volts, steps, leak):

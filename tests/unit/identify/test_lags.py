@@ -7,7 +7,7 @@ from identify.blocks import LinearBlock
 from identify.chain import Chain, plain_chain
 from identify.effects import catalogue
 from identify.effects.effect import Effect
-from identify.lags import as_drawn
+from identify.lags import as_drawn, time_constants
 from identify.model import Backlash, Model, Rational
 from identify.sections import product
 from identify.stage import Place
@@ -82,3 +82,11 @@ def test_a_block_of_which_a_value_is_held_stays():
     assert as_drawn(found, Place.G1, "extra_pole.tau") is not found
     held = found.with_values({"G1.den.s1": at(found, Place.G1).start_values()[1]})
     assert as_drawn(held, Place.G1, "extra_pole.tau") is held
+
+
+def test_time_constants_are_those_of_the_block_the_slowest_first():
+    blocks = Rational((1.0,), den(1.1e-3, 4e-3)), Rational((1.0,), (1e-6, 1e-3, 1.0))  # the second rings
+    there = plain_chain(Model("m", blocks[0], Backlash(8.0, 1.25, 8.0, -1.25), blocks[1], 0.01))
+    assert time_constants(there, Place.G1) == pytest.approx((4e-3, 1.1e-3))
+    assert time_constants(there, Place.G2) == pytest.approx((2e-3, 2e-3))
+    assert time_constants(there, Place.SENSE).size == 0

@@ -114,6 +114,14 @@ def test_a_resonance_that_peaks_nowhere_may_be_any_quick_filter(zeta, sure):
     assert probability > 0.4
 
 
+@pytest.mark.parametrize(("tau", "much"), [(0.02, False), (0.03, False), (2e-3, True), (5e-6, True)])
+def test_a_capacitor_that_makes_no_slow_lag_of_its_block_may_be_much_else(tau, much):
+    """G1 has 20 ms, and 5 us that nobody sees: a delay that hangs on the level is such a capacitor, too."""
+    law = catalogue()["capacitor_nonlinearity"](Place.G1, "straight")
+    chain = law.put_in(chain_of(model_of(OP_AMP)), {"k1": 0.02, "tau": tau})
+    assert law.ordinary(chain) is much
+
+
 def test_who_reads_of_a_law_with_much_company_is_told_so():
     concealed = (Concealed("resonance in G2", {"w_n": 2000.0, "zeta": 0.95}),)
     played = sine("sine", 31.25, 8.0, 8, 1), staircase("walk", FIG13_LEVELS_V, 0.03), sine("other", 20.0, 7.0, 20, 1)

@@ -35,6 +35,8 @@ PLANTED = {  # law -> its values, the stage, the forms that may tell it, the lea
     "trigger": ({"size": 0.3, "level": 5.0}, Place.F, {"relays"}, 0.99),
     "stick_slip": ({"stuck": 0.3}, Place.F, {"stick and slip"}, 0.7),
     "giving_contact": ({"tau": 1e-3}, Place.F, {"contact that gives way"}, 0.99),
+    "kicking_contact": ({"kick": 0.2}, Place.F, {"kick at opening"}, 0.99),
+    "later_contact": ({"k": 1e-3}, Place.F, {"either border over the rate", "map of the rate"}, 0.9),
     "crosstalk": ({"size": 0.2, "level": 0.7}, Place.SENSE, {"map of the source"}, 0.6),
     "wavy_adc": ({"size": 0.1, "period": 6.0}, Place.SENSE, {"map of the level"}, 0.6),
     "hurried_reading": ({"k": 0.02, "top": 600.0}, Place.SENSE, {"gain over the rate"}, 0.9),
