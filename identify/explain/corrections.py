@@ -87,7 +87,8 @@ def _laws(evidence: Evidence, name: str) -> Iterator[Correction]:
     if LevelTable.least <= len(levels) <= DWELT:
         yield LevelTable(Place.SOURCE, levels, name)
     yield from (RateMap(place, evidence.rates(place), name) for place in (Place.G1, Place.F, Place.G2))
-    yield RateGain(Place.SENSE, tuple(rate for rate in evidence.rates(Place.SENSE) if rate >= 0.0), name)
+    for place in RateGain.places:
+        yield RateGain(place, tuple(rate for rate in evidence.rates(place) if rate >= 0.0), name)
     for place in Trailing.places:
         top = max(evidence.rates(place))
         yield Trailing(place, tuple(share * top for share in (*(-q for q in RATES[::-1]), *RATES)), name)

@@ -193,7 +193,7 @@ class RateGain(OverRate):
     kind = "a gain that goes with the rate of change"
     equation = "s' = s (1 + c(abs(ds/dt))), c straight between the knots"
     weights = (("grow", "V/V"),)
-    places = (Place.SENSE,)
+    places = (Place.F, Place.SENSE)
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal times one plus the correction at its rate of change."""
