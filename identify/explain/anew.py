@@ -55,10 +55,10 @@ def _of_repeats(chain: Chain, observation: Observation) -> Iterator[Array]:
     for once, again, both in compared(observation, residual):
         if once.start not in taken and np.count_nonzero(both) > ENOUGH:
             taken.add(again.start)
-            yield _heights(white[once] - white[again], both)
+            yield heights(white[once] - white[again], both)
 
 
-def _heights(differ: Array, both: Mask) -> Array:
+def heights(differ: Array, both: Mask) -> Array:
     """Return the periodogram of what two repeats differ by over what it is around, shape (frequencies,)."""
     power = np.square(np.abs(rfft(np.where(both, differ, 0.0) * np.hanning(differ.size), PADDED * differ.size)))
     around = median_filter(power[::PADDED], AROUND, mode="mirror") / log(2.0)

@@ -25,7 +25,7 @@ from identify.explain.explanation import (
     Verdict,
 )
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.locate import LIKELY
+from identify.explain.locate import LIKELY, located
 from identify.explain.neighbours import spanning
 from identify.explain.of_readings import finding as of_readings
 from identify.explain.of_readings import location
@@ -178,6 +178,7 @@ class Answer:
         ranges = {e: acting(e.along, e.shows_at, chain, self.without(e), train) for e in self.better.effects}
         likely = first.stages
         stage = next(iter(likely))
+        likely = self._company(self.better.effects[0]) | likely
         others = tuple(place for place, p in likely.items() if p > LIKELY and place != stage)
         also = f"; what else it could be lies at {listed(others)}" if others else ""
         lines = [
@@ -186,6 +187,13 @@ class Answer:
         ]
         every = tuple(r for found in ranges.values() for r in found)
         return Location(stage, every, f"The mismatch enters at {'; and at '.join(lines)}{also}.", others)
+
+    def _company(self, effect: Effect) -> dict[str, float]:
+        """Return how likely every stage is to have what is in no catalogue, where that does as an effect does."""
+        if not effect.ordinary(self.better.fit.chain):
+            return {}
+        without = self.bench.without(self.better, effect)
+        return {place.label: p for place, p in located(self.bench, without).places.items()}
 
     def _location_of_correction(self) -> Location:
         correction, fitted = self.beyond.fitted[0]

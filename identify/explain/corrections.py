@@ -14,6 +14,7 @@ from identify.blocks import Play
 from identify.chain import Chain, signals
 from identify.evidence import Evidence
 from identify.explain.anew import LINE, line_anew
+from identify.explain.in_front import lines_in_front
 from identify.lags import time_constants
 from identify.observe import Observation
 from identify.stage import Place
@@ -51,6 +52,7 @@ OFTENER = (16, 48)  # of a gain of the reading that drifts and is fitted
 LAGS = 5
 TURNS = 5
 RATES = (0.3, 0.5, 0.7, 0.83, 0.93)  # of the largest: what a stage may be too slow for
+LINES = 4  # frequencies at which a line in front of the gap is tried
 RUNS = 32  # starts of runs from which on something may be another, at most
 AGEING = 3
 SPEEDS = 9  # levels at which dynamics may differ
@@ -104,8 +106,7 @@ def _linear(evidence: Evidence, name: str) -> Iterator[Correction]:
     yield from (OneWay(place, fast[1::2], name) for place in OneWay.places)
     yield from (SlowFilter(place, slow, name) for place in (Place.SOURCE, Place.SENSE))
     yield Bypass(Place.SENSE, (0.0, *fast[1::2]), name)
-    line = (line_hz(evidence),)
-    yield from (Line(place, line, name) for place in (Place.SENSE, Place.G1))
+    yield from (Line(place, (hz,), name) for place in Line.places for hz in lines_hz(evidence, place))
 
 
 def _memories(evidence: Evidence, name: str) -> Iterator[Correction]:
@@ -176,10 +177,17 @@ def _mixed(evidence: Evidence, name: str) -> Iterator[Correction]:
         yield Swiftness(place, with_zero(level_knots(evidence, place, SPEEDS)), name)
 
 
-def line_hz(evidence: Evidence) -> float:
-    """Return the frequency of a line that no repeat brings back, Hz, or else that of the longest run's highest peak."""
+def lines_hz(evidence: Evidence, place: Place) -> tuple[float, ...]:
+    """Return the frequency of a line that no repeat brings back, Hz, or else those at which most is seen of one.
+
+    That of the highest peak in the residual of the longest run; of what is asked of v in all runs several: at turns
+    few instants tell of v, and a line elsewhere explains nearly as much.
+    """
     hz, chance = line_anew(evidence.chain, evidence.observations)
-    return hz if chance < LINE else evidence.strongest_line_hz
+    if chance < LINE:
+        return (hz,)
+    front = lines_in_front(evidence.fine.chain, evidence.fine.observations, LINES) if place is Place.G1 else ()
+    return (evidence.strongest_line_hz, *front)
 
 
 def ripple_hz(evidence: Evidence, place: Place) -> float:

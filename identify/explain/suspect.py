@@ -18,13 +18,14 @@ from scipy.stats import chi2 as chi2_distribution
 from identify.chain import Chain, local_name
 from identify.derivatives.sensitivities import DIFFERENCE
 from identify.evidence import Evidence
-from identify.explain.corrections import corrections, sharpened
+from identify.explain.corrections import corrections, lines_hz, sharpened
 from identify.explain.moments import wandering
 from identify.explain.narrow import narrow
 from identify.stage import Place
 from identify.trace import Array
 from identify.unnamed.correction import Correction
 from identify.unnamed.linear import SlowFilter
+from identify.unnamed.lines import Line
 
 WIDTHS = np.geomspace(1e-2, 1e10, 49)  # of the weights' distribution over that at which they could just be seen
 LEVEL = 1e-3  # probability of a false alarm, all corrections together
@@ -205,11 +206,20 @@ def overlooked(ranked: Sequence[Suspect], fitted: Sequence[Suspect]) -> list[Sus
 def finer(evidence: Evidence, found: Suspect, noise: float) -> Suspect:
     """Return a suspect with as many knots as the data ask for, or at the frequency, lag, level or rate asked for."""
     if found.correction.searched:
-        return tuned(evidence, found)
+        return max((tuned(evidence, s) for s in (found, *elsewhere(evidence, found))), key=lambda s: s.gain)
     if found.correction.single:
         return max(found, of_one_knot(evidence, found), key=lambda s: s.worth(noise)[0])
     sharper = [suspect(evidence, correction) for correction in sharpened(evidence, found.correction)]
     return max([found, *sharper], key=lambda s: s.worth(noise)[0])
+
+
+def elsewhere(evidence: Evidence, found: Suspect) -> list[Suspect]:
+    """Return a line in front of the gap at the other frequencies where it may be; nothing for any other suspect."""
+    law = found.correction
+    if law.form != Line.form or law.place is not Place.G1:
+        return []
+    others = lines_hz(evidence, law.place)
+    return [suspect(evidence, replace(law, knots=(hz,))) for hz in others if hz != law.knots[0]]
 
 
 def tuned(evidence: Evidence, found: Suspect) -> Suspect:

@@ -1,0 +1,71 @@
+"""At which frequencies may a line in front of the gap go on, of which the reading shows little but where w was left?
+
+w keeps the level at which contact ended: all readings until the next contact tell of v at that one instant. What the
+residual asks of v is therefore the residual, back through G2, summed up where contact was (the transpose of what a
+small change of v does to the answer). There a line stands out that what is read hides.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
+
+from identify.blocks import LinearBlock
+from identify.chain import Chain, signals
+from identify.explain.anew import heights
+from identify.explain.wander import whitened
+from identify.harmonic.steady import frequency_response
+from identify.observe import Observation
+from identify.stage import Place
+from identify.trace import Array
+
+MOVES = 1e-9  # of the range of w: a smaller step is rounding
+APART = 2.0  # what the longest run resolves: frequencies closer than that are one
+
+
+def lines_in_front(chain: Chain, observations: Sequence[Observation], count: int) -> tuple[float, ...]:
+    """Return the frequencies of the ``count`` likeliest lines of v, Hz, the likeliest first, all runs asked together.
+
+    Fewer where F never moves. What hangs on the stimulus makes lines, too, but in every run others.
+    """
+    asked = [pulled for o in observations if (pulled := asked_of_v(chain, o)).any()]
+    if not asked:
+        return ()
+    found = [heights(pulled, np.ones(pulled.size, dtype=bool)) for pulled in asked]
+    size = max(height.size for height in found)
+    turns = np.linspace(0.0, 0.5, size)
+    told = sum(np.log1p(np.interp(turns, np.linspace(0.0, 0.5, height.size), height)) for height in found)
+    rate_hz = observations[0].trace.rate_hz
+    apart = max(round(APART * 2.0 * size / max(pulled.size for pulled in asked)), 1)
+    chosen: list[int] = []
+    for at in np.argsort(-told):
+        if len(chosen) == count:
+            break
+        if all(abs(int(at) - other) > apart for other in chosen):
+            chosen.append(int(at))
+    return tuple(float(turns[at]) * rate_hz for at in chosen)
+
+
+def asked_of_v(chain: Chain, observation: Observation) -> Array:
+    """Return how much less a change of v by one unit at every instant would leave, up to a factor, shape (N,).
+
+    Borders count alike, whatever their slopes. Zeros where w never moves.
+    """
+    left = whitened(observation, np.where(observation.use, observation.residual(chain), 0.0))
+    w = signals(chain, observation.trace)[chain.index(Place.F) - 1]
+    moves = np.abs(np.diff(w, prepend=w[0])) > MOVES * max(float(np.ptp(w)), 1e-300)
+    latest = np.maximum.accumulate(np.where(moves, np.arange(w.size), -1))
+    there = latest >= 0
+    back = _back_through_g2(chain, left, observation.trace.rate_hz)
+    return np.asarray(np.bincount(latest[there], back[there], minlength=w.size), dtype=np.float64)
+
+
+def _back_through_g2(chain: Chain, left: Array, rate_hz: float) -> Array:
+    """Return a residual through G2 backwards in time, shape (N,)."""
+    blocks = [s for s in chain.stages if isinstance(s, LinearBlock) and s.place is Place.G2]
+    size = next_fast_len(2 * left.size, real=True)
+    spectrum = rfft(left, size)
+    for block in blocks:
+        g2 = block.rational(tuple(chain.values[p.name] for p in block.parameters()))
+        spectrum *= np.conj(frequency_response(g2, rfftfreq(size, 1.0 / rate_hz)))
+    return np.asarray(irfft(spectrum, size)[: left.size])
