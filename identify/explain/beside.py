@@ -14,7 +14,7 @@ from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import located
 from identify.explain.round import FORETOLD, Round
 from identify.explain.select import MOST_EFFECTS, Selected, selected
-from identify.explain.suspect import Suspect, finer, is_fine
+from identify.explain.suspect import Suspect, finer, is_fine, with_alike
 from identify.explain.wander import changes
 
 CLOSELY = 2  # laws that are fitted to their end in the place of noise in front of the gap
@@ -115,6 +115,7 @@ def _unrepeated(bench: Bench, without: Hypothesis, asked: float) -> bool:
 def _fitted(bench: Bench, base: Hypothesis, found: Sequence[Suspect]) -> Iterator[Hypothesis]:
     """Yield the fits of the corrections that promise most on top of a hypothesis."""
     evidence = bench.evidence(base)
-    likely = sorted(found, key=lambda s: -s.gain)[:CLOSELY]
+    ranked = sorted(found, key=lambda s: -s.gain)
+    likely = with_alike(ranked, ranked[:CLOSELY])
     for s in (finer(evidence, s, 1.0) for s in likely):
         yield slid_on(bench, base, s.correction, fitted_from(bench, base, s))[1]

@@ -52,7 +52,7 @@ OFTENER = (16, 48)  # of a gain of the reading that drifts and is fitted
 LAGS = 5
 TURNS = 5
 RATES = (0.3, 0.5, 0.7, 0.83, 0.93)  # of the largest: what a stage may be too slow for
-LINES = 4  # frequencies at which a line in front of the gap is tried
+LINES = 3  # frequencies at which a line in front of the gap is tried
 RUNS = 32  # starts of runs from which on something may be another, at most
 AGEING = 3
 SPEEDS = 9  # levels at which dynamics may differ
@@ -106,7 +106,9 @@ def _linear(evidence: Evidence, name: str) -> Iterator[Correction]:
     yield from (OneWay(place, fast[1::2], name) for place in OneWay.places)
     yield from (SlowFilter(place, slow, name) for place in (Place.SOURCE, Place.SENSE))
     yield Bypass(Place.SENSE, (0.0, *fast[1::2]), name)
-    yield from (Line(place, (hz,), name) for place in Line.places for hz in lines_hz(evidence, place))
+    line = line_hz(evidence)
+    yield Line(Place.SENSE, (line,), name)
+    yield from (Line(Place.G1, (hz,), name) for hz in (line, *in_front_hz(evidence)))
 
 
 def _memories(evidence: Evidence, name: str) -> Iterator[Correction]:
@@ -177,17 +179,18 @@ def _mixed(evidence: Evidence, name: str) -> Iterator[Correction]:
         yield Swiftness(place, with_zero(level_knots(evidence, place, SPEEDS)), name)
 
 
-def lines_hz(evidence: Evidence, place: Place) -> tuple[float, ...]:
-    """Return the frequency of a line that no repeat brings back, Hz, or else those at which most is seen of one.
-
-    That of the highest peak in the residual of the longest run; of what is asked of v in all runs several: at turns
-    few instants tell of v, and a line elsewhere explains nearly as much.
-    """
+def line_hz(evidence: Evidence) -> float:
+    """Return the frequency of a line that no repeat brings back, Hz, or else that of the longest run's highest peak."""
     hz, chance = line_anew(evidence.chain, evidence.observations)
-    if chance < LINE:
-        return (hz,)
-    front = lines_in_front(evidence.fine.chain, evidence.fine.observations, LINES) if place is Place.G1 else ()
-    return (evidence.strongest_line_hz, *front)
+    return hz if chance < LINE else evidence.strongest_line_hz
+
+
+def in_front_hz(evidence: Evidence) -> tuple[float, ...]:
+    """Return the likeliest frequencies of a line in front of the gap, Hz.
+
+    Several: at turns few instants tell of v, and a line elsewhere explains nearly as much.
+    """
+    return lines_in_front(evidence.chain, evidence.fine.observations, LINES)
 
 
 def ripple_hz(evidence: Evidence, place: Place) -> float:

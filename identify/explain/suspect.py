@@ -18,14 +18,13 @@ from scipy.stats import chi2 as chi2_distribution
 from identify.chain import Chain, local_name
 from identify.derivatives.sensitivities import DIFFERENCE
 from identify.evidence import Evidence
-from identify.explain.corrections import corrections, lines_hz, sharpened
+from identify.explain.corrections import corrections, sharpened
 from identify.explain.moments import wandering
 from identify.explain.narrow import narrow
 from identify.stage import Place
 from identify.trace import Array
 from identify.unnamed.correction import Correction
 from identify.unnamed.linear import SlowFilter
-from identify.unnamed.lines import Line
 
 WIDTHS = np.geomspace(1e-2, 1e10, 49)  # of the weights' distribution over that at which they could just be seen
 LEVEL = 1e-3  # probability of a false alarm, all corrections together
@@ -185,9 +184,19 @@ def contenders(ranked: Sequence[Suspect], noise: float) -> list[Suspect]:
     for s in close:
         first.setdefault(s.correction.place, s)
     second = [s for s in close if s.correction.place == close[0].correction.place][1:2] if close else []
-    found = [*first.values(), *second][:FITTED] if close else list(ranked[:1])
+    found = with_alike(ranked, [*first.values(), *second][:FITTED] if close else list(ranked[:1]))
     plainer = {s.correction.plainly for s in found} - {s.correction.form for s in found}
     return [*found, *(next(s for s in ranked if s.correction.form == form) for form in sorted(plainer - {""}))]
+
+
+def with_alike(ranked: Sequence[Suspect], chosen: Sequence[Suspect]) -> list[Suspect]:
+    """Return what was chosen, and beside a law of one frequency the same at others that promise nearly as much.
+
+    To first order a line in front of the gap does at any frequency most of what it does at its own.
+    """
+    known = {(s.correction.form, s.correction.place): s.gain for s in chosen if s.correction.searched}
+    beside = [s for s in ranked if s.gain > CLOSE * known.get((s.correction.form, s.correction.place), np.inf)]
+    return [*chosen, *(s for s in beside if not any(s is one for one in chosen))]
 
 
 def overlooked(ranked: Sequence[Suspect], fitted: Sequence[Suspect]) -> list[Suspect]:
@@ -200,26 +209,17 @@ def overlooked(ranked: Sequence[Suspect], fitted: Sequence[Suspect]) -> list[Sus
     for s in (s for s in ranked if s.gain > PART * most and not is_fine(s.correction) and most > LARGE):
         found.setdefault((s.correction.form, s.correction.place), s)
     known = {(s.correction.form, s.correction.place) for s in fitted if not is_fine(s.correction)}
-    return [s for key, s in found.items() if key not in known]
+    return with_alike(ranked, [s for key, s in found.items() if key not in known])
 
 
 def finer(evidence: Evidence, found: Suspect, noise: float) -> Suspect:
     """Return a suspect with as many knots as the data ask for, or at the frequency, lag, level or rate asked for."""
     if found.correction.searched:
-        return max((tuned(evidence, s) for s in (found, *elsewhere(evidence, found))), key=lambda s: s.gain)
+        return tuned(evidence, found)
     if found.correction.single:
         return max(found, of_one_knot(evidence, found), key=lambda s: s.worth(noise)[0])
     sharper = [suspect(evidence, correction) for correction in sharpened(evidence, found.correction)]
     return max([found, *sharper], key=lambda s: s.worth(noise)[0])
-
-
-def elsewhere(evidence: Evidence, found: Suspect) -> list[Suspect]:
-    """Return a line in front of the gap at the other frequencies where it may be; nothing for any other suspect."""
-    law = found.correction
-    if law.form != Line.form or law.place is not Place.G1:
-        return []
-    others = lines_hz(evidence, law.place)
-    return [suspect(evidence, replace(law, knots=(hz,))) for hz in others if hz != law.knots[0]]
 
 
 def tuned(evidence: Evidence, found: Suspect) -> Suspect:

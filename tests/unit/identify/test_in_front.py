@@ -1,0 +1,74 @@
+"""Is a line in front of the gap found where it is, though few readings show it?"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identify.chain import plain_chain, simulate
+from identify.evidence import Evidence
+from identify.explain.in_front import asked_of_v, lines_in_front
+from identify.explain.suspect import Suspect, with_alike
+from identify.fit import fit
+from identify.stage import Place
+from identify.unnamed.lines import Line
+from identify.unnamed.maps import LevelMap
+from tests.proof.cases import Concealed
+from tests.proof.rigs import OP_AMP
+from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
+from tests.trials import model_of, observed, recorded
+
+NOISE_V, LINE_HZ = 0.01, 577.3
+CHAIN = plain_chain(model_of(OP_AMP))
+STIMULI = (
+    sine("a", 12.5, 4.0, 12, 2), sine("b", 8.0, 3.4, 12, 2), sine("c", 5.0, 3.0, 8, 2),
+    staircase("walk", FIG13_LEVELS_V, 0.03, 2), sine("idle", 20.0, 0.5, 4, 1),
+)  # fmt: skip
+
+
+def seen(*physics):
+    """Return what is read of runs, the last of which never moves w."""
+    return [observed(recorded(OP_AMP, s, physics, NOISE_V, i, 3.0 * i), NOISE_V) for i, s in enumerate(STIMULI)]
+
+
+def test_a_line_of_the_source_stands_out_in_what_v_is_asked_for_and_not_in_what_is_read():
+    runs = seen(Concealed("source_line", {"amplitude": 0.15, "frequency": LINE_HZ}))
+    assert lines_in_front(CHAIN, runs, 1)[0] == pytest.approx(LINE_HZ, abs=1.0)
+    evidence = Evidence(fit(CHAIN, runs, iterations=0), tuple(runs))
+    assert evidence.strongest_line_hz != pytest.approx(LINE_HZ, abs=5.0)
+
+
+def test_frequencies_are_apart_and_as_many_as_are_asked_for():
+    found = lines_in_front(CHAIN, seen(), 3)
+    assert len(found) == 3
+    assert min(np.diff(np.sort(found))) > 0.5
+    assert lines_in_front(CHAIN, seen()[-1:], 3) == ()
+
+
+def test_what_v_is_asked_for_is_how_a_change_of_v_would_move_the_misfit():
+    """Against the misfit of v moved by a pulse: where contact ends, that is all that follows until the next."""
+    (run, *_) = seen()
+    moved = replace(run, trace=replace(run.trace, y=simulate(CHAIN, run.trace) + 0.05))
+    asked = asked_of_v(CHAIN, moved)
+    slopes = []
+    for hz in (7.0, 31.0, 90.0):  # a line adds to v at every instant what its sine is there
+        line = Line(Place.G1, (hz,))
+        size = 1e-4
+        there = line.put_in(CHAIN, {f"unnamed.sine1[{run.trace.name}]": size})
+        change = (moved.residual(CHAIN) - moved.residual(there)) / size
+        time_s = np.arange(asked.size) / run.trace.rate_hz
+        told = 8.0 * float(asked @ np.sin(2.0 * np.pi * hz * time_s)) / NOISE_V
+        slopes.append((told, float(change[run.use] @ moved.residual(CHAIN)[run.use]) / NOISE_V**2))
+    told, true = np.transpose(slopes)
+    assert told == pytest.approx(true, rel=0.05)
+
+
+def test_a_line_at_other_frequencies_goes_along_if_it_promises_nearly_as_much():
+    def suspect(correction, gain):
+        return Suspect(correction, np.ones(1), np.array([gain]), {})
+
+    line, near, far = (suspect(Line(Place.G1, (hz,)), gain) for hz, gain in ((50.0, 100.0), (77.0, 90.0), (9.0, 30.0)))
+    read, level = suspect(Line(Place.SENSE, (50.0,)), 95.0), suspect(LevelMap(Place.F, (0.0, 1.0, 2.0, 3.0)), 99.0)
+    ranked = [line, level, read, near, far]
+    assert with_alike(ranked, [line, level]) == [line, level, near]
+    assert with_alike(ranked, [level]) == [level]
