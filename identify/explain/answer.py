@@ -94,11 +94,16 @@ class Answer:
     def verdict(self) -> Verdict:
         """Return one of the four verdicts."""
         if self.better.effects or any(blemish.id != UNNAMED for blemish in self.readings.found):
-            rest = not self.better.effects and self.proof is not None
+            rest = self.leaves or (not self.better.effects and self.proof is not None)
             return "explained" if self.named_over <= TO_THE_NOISE and not rest else "partly_explained"
         if self.readings.found or self.beyond.significant or self.before_v > TO_THE_NOISE * self.noise_v:
             return "unexplained"
         return "consistent"
+
+    @property
+    def leaves(self) -> bool:
+        """Return whether blemishes alone leave what noise cannot make, though held-out data bear no correction out."""
+        return self.blemished and self.proof is None and self.beyond.significant and self.better.proven > 0.0
 
     def explanation(self) -> Explanation:
         """Return the answer."""
@@ -236,14 +241,14 @@ class Answer:
         if self.by_chance > CHANCE * (over**2 - 1.0) > 0.0 and not self.beyond.significant:
             return Remaining(over, None, "What is left is what the named noise does by chance: it differs in every "
                              "repeat, so no model can predict it.")  # fmt: skip
-        if not self.beyond.significant or (self.blemished and self.proof is None):
+        if not self.beyond.significant or (self.blemished and self.proof is None and not self.leaves):
             return Remaining(over, None, "Nothing that any correction could explain is left beyond the noise.")
         if self.proof is not None:
             stage = self.beyond.best.place.label
             all_of_it = self.after_v <= TO_THE_NOISE * self.noise_v
             with_it = "nothing is left beyond the noise" if all_of_it else f"{over:.3g} times the noise is left"
             return Remaining(over, stage, f"With the unnamed law in the model {with_it}; what it is stays open.")
-        if not self.better.effects:
+        if not self.better.effects and not self.leaves:
             where = "where it enters is open" if self.unproven else "it is located above"
             return Remaining(over, self.beyond.best.place.label, f"The mismatch is not explained; {where}.")
         return Remaining(over, self.beyond.best.place.label, f"{described(self.beyond)}.")
