@@ -103,7 +103,9 @@ def read(
     close, rough = _looked(before.fit.chain, recorded, raw.noise.rms_v, look.leave_out, fitted)
     found = undone(close)
     if close.found:
-        return undone(recorded) if found.excess_v2 > WORTH * before.misfit * raw.noise.rms_v**2 else found
+        # of what is left beyond the noise without them: repeats may have blemishes, too
+        all_v2 = (1.0 + before.misfit) * raw.noise.rms_v**2 - found.data.noise.rms_v**2
+        return undone(recorded) if found.excess_v2 > WORTH * all_v2 else found
     if not _lost(rough.found) or _coloured(found.found):
         return found  # noise that hangs together looks like a loss to a rough look
     mended_roughly = undone(rough)

@@ -73,6 +73,7 @@ def outliers(trace: Trace, residual: Array, lsb_v: float = 0.0) -> Outliers:
     calm = TO_SD * median_filter(deviation, AROUND, mode="nearest") <= DISTURBED * sd_v
     answer = trace.y[:] - residual
     moves = uniform_filter1d(np.abs(np.diff(answer, prepend=answer[:1])), BESIDE, mode="nearest")
+    moves = np.maximum(moves, 0.0)  # where nothing moves a running sum ends below zero by its rounding
     return Outliers(trace, alone / (sd_v or np.inf), sd_v, use & calm & ~_jumps(trace.u[:]), moves)
 
 

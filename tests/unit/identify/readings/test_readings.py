@@ -267,6 +267,28 @@ def test_spikes_that_made_the_noise_look_larger_are_told_where_what_is_left_may_
     assert (told.verdict, [finding.id for finding in told.effects]) == ("explained", ["spikes"])
 
 
+def test_spikes_on_readings_that_rest_count_as_those_that_move_do():
+    """How fast readings move is a running sum, whose rounding is no speed below zero."""
+    trial = drawn(Key(105, "single", "spikes", 0))  # 16 standard deviations, 20 of them a second
+    train, test = parted(record(trial))
+    model = model_of(trial.nominal)
+    chain = plain_chain(model_of(trial.rig))
+    seen = [outliers(trace, trace.y - answer(chain, trace, trial.rig.noise_v)) for trace in (*train, *test)]
+    assert min(float(np.min(one.moves)) for one in seen) == 0.0
+    found = read(model, train, test, lambda data: prepared(model, data), Look())
+    assert [blemish.id for blemish in found.found] == ["spikes"]
+
+
+def test_spikes_that_are_in_the_repeats_wait_for_nothing_once_they_are_left_out():
+    """They made the noise look larger than all that is left: nothing that they hid is worth waiting for."""
+    trial = drawn(Key(106, "single", "spikes", 0))  # 46 standard deviations, 3 of them a second
+    train, test = parted(record(trial))
+    model = model_of(trial.nominal)
+    found = read(model, train, test, lambda data: prepared(model, data), Look())
+    assert found.before.misfit < 0.0
+    assert [blemish.id for blemish in found.found] == ["spikes"]
+
+
 def test_what_every_repeat_shows_is_no_spike():
     """A glitch of the DAC comes at the same place of every walk."""
     glitchy = recording()
