@@ -103,9 +103,7 @@ def read(
     close, rough = _looked(before.fit.chain, recorded, raw.noise.rms_v, look.leave_out, fitted)
     found = undone(close)
     if close.found:
-        # of what is left beyond the noise without them: repeats may have blemishes, too
-        all_v2 = (1.0 + before.misfit) * raw.noise.rms_v**2 - found.data.noise.rms_v**2
-        return undone(recorded) if found.excess_v2 > WORTH * all_v2 else found
+        return undone(recorded) if _waits(found) else found
     if not _lost(rough.found) or _coloured(found.found):
         return found  # noise that hangs together looks like a loss to a rough look
     mended_roughly = undone(rough)
@@ -113,6 +111,12 @@ def read(
     if look.held or left < 2.0 * bench.noise_known:
         return mended_roughly
     return replace(found, doubtful=_lost(rough.found)) if left < DOUBTED * before.misfit else found
+
+
+def _waits(found: Readings) -> bool:
+    """Return whether much of what is left beyond the noise without blemishes, which repeats may have, is physics."""
+    all_v2 = (1.0 + found.before.misfit) * found.raw.noise.rms_v**2 - found.data.noise.rms_v**2
+    return found.excess_v2 > WORTH * all_v2
 
 
 def _within(
@@ -239,18 +243,16 @@ def reread(
     return replace(readings, found=found)
 
 
-def loses(readings: Readings, chain: Chain, leave_out: Sequence[str]) -> bool:
-    """Return whether a close look against a chain finds readings that are lost."""
+def loses(readings: Readings, chain: Chain, leave_out: Sequence[str], rough: bool = False) -> bool:
+    """Return whether a close look against a chain, or a rough one, finds readings that are lost."""
     noise_v = readings.data.noise.rms_v
-    return bool(_lost(mended(chain, readings.traces, readings.hold_out, noise_v, leave_out).found))
+    return bool(_lost(mended(chain, readings.traces, readings.hold_out, noise_v, leave_out, rough).found))
 
 
 def loses_roughly(readings: Readings, chain: Chain, leave_out: Sequence[str]) -> bool:
     """Return whether a rough look against a chain finds readings that are lost, where none are known to be."""
-    if _lost(readings.found) or _coloured(readings.found):
-        return False
-    noise_v = readings.data.noise.rms_v
-    return bool(_lost(mended(chain, readings.traces, readings.hold_out, noise_v, leave_out, rough=True).found))
+    known = _lost(readings.found) or _coloured(readings.found)
+    return not known and loses(readings, chain, leave_out, rough=True)
 
 
 def counts_another(before: Readings, after: Readings) -> bool:
@@ -292,8 +294,6 @@ def _as_recorded(readings: Readings) -> Mended:
 
 def _less(chain: Chain, seen: Mended, noise_v: float) -> tuple[list[Trace], list[Trace]]:
     """Return recordings less what a chain answers."""
-    train, test = (
-        [replace(trace, y=trace.y[:] - answer(chain, trace, noise_v)) for trace in traces]
-        for traces in (seen.training, seen.proof)
-    )
+    parts = seen.training, seen.proof
+    train, test = ([replace(t, y=t.y[:] - answer(chain, t, noise_v)) for t in traces] for traces in parts)
     return train, test
