@@ -1,5 +1,6 @@
 """The stages of the plain model: the source with its delay, linear blocks, and F with or without memory."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -108,6 +109,10 @@ class LinearBlock(Stage):
         if order <= 2:
             return Rational(num, (*values[:order], 1.0), self.start.dead_time_s)
         return Rational(num, product(self.parts(values)), self.start.dead_time_s)
+
+    def fitted(self, values: Mapping[str, float]) -> Rational:
+        """Return the block with those of ``values``, by full name, that are its own."""
+        return self.rational(tuple(values[p.name] for p in self.parameters()))
 
     def parts(self, values: Values) -> list[Section]:
         """Return the sections of the denominator with fitted coefficients."""

@@ -19,7 +19,7 @@ def time_constants(chain: Chain, place: Place) -> Array:
     """Return those of the plain block at a place, s, shape (order,), the slowest first; of a pair how fast it decays.
     """
     blocks = [s for s in chain.stages if isinstance(s, LinearBlock) and s.place is place]
-    poles = [np.roots(b.rational(tuple(chain.values[p.name] for p in b.parameters())).den) for b in blocks]
+    poles = [np.roots(block.fitted(chain.values).den) for block in blocks]
     rates = np.abs(np.real(np.concatenate([np.zeros(0), *poles])))
     return np.asarray(1.0 / np.sort(rates[rates > 0.0]))
 

@@ -31,16 +31,20 @@ def line_anew(chain: Chain, observations: Sequence[Observation]) -> tuple[float,
 
     All repeats are asked together. (0, 1) where nothing was repeated that a chain answers alike.
     """
-    found = [heights for o in observations for heights in _of_repeats(chain, o)]
+    found = [height for o in observations for height in _of_repeats(chain, o)]
     if not found:
         return 0.0, 1.0
-    size = max(height.size for height in found)
-    turns = np.linspace(0.0, 0.5, size)
-    each = np.array([np.interp(turns, np.linspace(0.0, 0.5, height.size), height) for height in found])
+    turns, each = asked_together(found)
     at = int(np.argmax(np.sum(np.log1p(each), axis=0)))
     total = float(np.sum(np.minimum(each[:, at], TALL)))
-    chance = float(gamma.sf(total, len(found))) * 2 * size / PADDED
+    chance = float(gamma.sf(total, len(found))) * 2 * turns.size / PADDED
     return float(turns[at]) * observations[0].trace.rate_hz, min(chance, 1.0)
+
+
+def asked_together(found: Sequence[Array]) -> tuple[Array, Array]:
+    """Return frequencies in turns a sample, and there the heights of periodograms of any lengths, shape (all, m)."""
+    turns = np.linspace(0.0, 0.5, max(height.size for height in found))
+    return turns, np.array([np.interp(turns, np.linspace(0.0, 0.5, height.size), height) for height in found])
 
 
 def goes_on(chain: Chain, observations: Sequence[Observation]) -> bool:
@@ -58,9 +62,9 @@ def _of_repeats(chain: Chain, observation: Observation) -> Iterator[Array]:
             yield heights(white[once] - white[again], both)
 
 
-def heights(differ: Array, both: Mask) -> Array:
-    """Return the periodogram of what two repeats differ by over what it is around, shape (frequencies,)."""
-    power = np.square(np.abs(rfft(np.where(both, differ, 0.0) * np.hanning(differ.size), PADDED * differ.size)))
+def heights(signal: Array, use: Mask) -> Array:
+    """Return the periodogram of what counts of a signal over what it is around, shape (frequencies,)."""
+    power = np.square(np.abs(rfft(np.where(use, signal, 0.0) * np.hanning(signal.size), PADDED * signal.size)))
     around = median_filter(power[::PADDED], AROUND, mode="mirror") / log(2.0)
     height = power / np.maximum(np.interp(np.arange(power.size), PADDED * np.arange(around.size), around), 1e-300)
     height[: ENDS * PADDED] = 0.0

@@ -248,7 +248,7 @@ class Answer:
             all_of_it = self.after_v <= TO_THE_NOISE * self.noise_v
             with_it = "nothing is left beyond the noise" if all_of_it else f"{over:.3g} times the noise is left"
             return Remaining(over, stage, f"With the unnamed law in the model {with_it}; what it is stays open.")
-        if not self.better.effects and not self.leaves:
+        if not self.better.effects and not self.blemished:
             where = "where it enters is open" if self.unproven else "it is located above"
             return Remaining(over, self.beyond.best.place.label, f"The mismatch is not explained; {where}.")
         return Remaining(over, self.beyond.best.place.label, f"{described(self.beyond)}.")

@@ -90,7 +90,7 @@ def _laws(evidence: Evidence, name: str) -> Iterator[Correction]:
         yield LevelTable(Place.SOURCE, levels, name)
     yield from (RateMap(place, evidence.rates(place), name) for place in (Place.G1, Place.F, Place.G2))
     for place in RateGain.places:
-        yield RateGain(place, tuple(rate for rate in evidence.rates(place) if rate >= 0.0), name)
+        yield RateGain(place, speeds(evidence, place), name)
     for place in Trailing.places:
         top = max(evidence.rates(place))
         yield Trailing(place, tuple(share * top for share in (*(-q for q in RATES[::-1]), *RATES)), name)
@@ -114,8 +114,7 @@ def _linear(evidence: Evidence, name: str) -> Iterator[Correction]:
 def _memories(evidence: Evidence, name: str) -> Iterator[Correction]:
     """Yield what changes the hysteresis."""
     yield BorderMap(Place.F, level_knots(evidence, Place.G1, KNOTS), name)
-    speeds = tuple(rate for rate in evidence.rates(Place.G1) if rate >= 0.0)
-    yield BorderOverRate(Place.F, speeds, name)
+    yield BorderOverRate(Place.F, speeds(evidence, Place.G1), name)
     yield GapAfterTurn(Place.F, tuple(np.linspace(0.0, max(map(abs, evidence.range(Place.G1))), TURNS).tolist()), name)
     width = max(map(abs, evidence.range(Place.F)))
     yield Sticking(Place.F, tuple(share * max(width, 1e-9) for share in PUSHES), name)
@@ -223,6 +222,11 @@ def _signal(observation: Observation, evidence: Evidence, place: Place) -> Array
         w = signals(evidence.chain, observation.trace)[evidence.chain.index(Place.F) - 1]
         return np.sign(np.diff(w, prepend=w[:1]))
     return (observation.trace.u if place == Place.SOURCE else observation.trace.y)[:]
+
+
+def speeds(evidence: Evidence, place: Place) -> tuple[float, ...]:
+    """Return the rates of change of the signal behind a place without their sign, V/s, zero first."""
+    return tuple(rate for rate in evidence.rates(place) if rate >= 0.0)
 
 
 def level_knots(evidence: Evidence, place: Place, count: int) -> tuple[float, ...]:

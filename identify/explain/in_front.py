@@ -12,7 +12,7 @@ from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 
 from identify.blocks import LinearBlock
 from identify.chain import Chain, signals
-from identify.explain.anew import heights
+from identify.explain.anew import asked_together, heights
 from identify.explain.wander import whitened
 from identify.harmonic.steady import frequency_response
 from identify.observe import Observation
@@ -32,13 +32,11 @@ def lines_in_front(chain: Chain, observations: Sequence[Observation], count: int
     if not asked:
         return ()
     found = [heights(pulled, np.ones(pulled.size, dtype=bool)) for pulled in asked]
-    size = max(height.size for height in found)
-    turns = np.linspace(0.0, 0.5, size)
-    told = sum(np.log1p(np.interp(turns, np.linspace(0.0, 0.5, height.size), height)) for height in found)
+    turns, told = asked_together(found)
     rate_hz = observations[0].trace.rate_hz
-    apart = max(round(APART * 2.0 * size / max(pulled.size for pulled in asked)), 1)
+    apart = max(round(APART * 2.0 * turns.size / max(pulled.size for pulled in asked)), 1)
     chosen: list[int] = []
-    for at in np.argsort(-told):
+    for at in np.argsort(-np.sum(np.log1p(told), axis=0)):
         if len(chosen) == count:
             break
         if all(abs(int(at) - other) > apart for other in chosen):
@@ -66,6 +64,5 @@ def _back_through_g2(chain: Chain, left: Array, rate_hz: float) -> Array:
     size = next_fast_len(2 * left.size, real=True)
     spectrum = rfft(left, size)
     for block in blocks:
-        g2 = block.rational(tuple(chain.values[p.name] for p in block.parameters()))
-        spectrum *= np.conj(frequency_response(g2, rfftfreq(size, 1.0 / rate_hz)))
+        spectrum *= np.conj(frequency_response(block.fitted(chain.values), rfftfreq(size, 1.0 / rate_hz)))
     return np.asarray(irfft(spectrum, size)[: left.size])

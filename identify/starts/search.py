@@ -268,7 +268,7 @@ def _swap(chain: Chain, fixed: Sequence[str]) -> dict[str, float]:
 
 def _time_s(chain: Chain, block: LinearBlock) -> float:
     """Return the geometric mean of a block's time constants."""
-    den = block.rational(tuple(chain.values[p.name] for p in block.parameters())).den
+    den = block.fitted(chain.values).den
     return float(den[0] ** (1.0 / max(len(den) - 1, 1)))
 
 

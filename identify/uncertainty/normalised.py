@@ -49,7 +49,7 @@ def scale_of(fit: Fit, wider: float = 1.0) -> Scale:
 def rational_of(chain: Chain, name: str) -> Rational:
     """Return a fitted linear block by name."""
     block = next(s for s in chain.stages if isinstance(s, LinearBlock) and s.name == name)
-    return block.rational(tuple(chain.values[p.name] for p in block.parameters()))
+    return block.fitted(chain.values)
 
 
 def peak_interval(fit: Fit, scale: Scale, wider: float) -> Interval:

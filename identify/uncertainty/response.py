@@ -71,7 +71,7 @@ def points(
 
 def _log_response(chain: Chain, block: LinearBlock, s: np.ndarray) -> np.ndarray:
     """Return log G(s): log gain and continuous phase; all dead time counts for G2, where it is reported."""
-    fitted = block.rational(tuple(chain.values[p.name] for p in block.parameters()))
+    fitted = block.fitted(chain.values)
     zeros, poles = np.roots(fitted.num), np.roots(fitted.den)
     scale = np.log(abs(fitted.dc_gain) + 0j) + (1j * np.pi if fitted.dc_gain < 0.0 else 0.0)
     value = scale + sum((np.log(1.0 - s / z) for z in zeros), np.zeros(s.size, dtype=np.complex128))

@@ -8,7 +8,7 @@ import pytest
 from identify.chain import plain_chain, simulate
 from identify.evidence import Evidence
 from identify.explain.in_front import asked_of_v, lines_in_front
-from identify.explain.suspect import Suspect, with_alike
+from identify.explain.suspect import Suspect, contenders, overlooked, with_alike
 from identify.fit import fit
 from identify.stage import Place
 from identify.unnamed.lines import Line
@@ -72,3 +72,7 @@ def test_a_line_at_other_frequencies_goes_along_if_it_promises_nearly_as_much():
     ranked = [line, level, read, near, far]
     assert with_alike(ranked, [line, level]) == [line, level, near]
     assert with_alike(ranked, [level]) == [level]
+    assert near in contenders(ranked, 1.0)
+    assert far not in contenders(ranked, 1.0)
+    large = [suspect(s.correction, 100.0 * s.gain) for s in ranked]
+    assert [s.correction.knots for s in overlooked(large, large[1:3])] == [line.correction.knots, near.correction.knots]

@@ -1,6 +1,7 @@
 """Are findings, starts and doubts weighed as the statistics they are taken from say?"""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -122,11 +123,21 @@ def test_a_capacitor_that_makes_no_slow_lag_of_its_block_may_be_much_else(tau, m
     assert law.ordinary(chain) is much
 
 
-def test_who_reads_of_a_law_with_much_company_is_told_so():
+def test_who_reads_of_a_law_with_much_company_is_told_so_and_where_else_that_may_be(monkeypatch):
+    asked = []
+
+    def elsewhere(bench, base):
+        asked.append(base.names)
+        return SimpleNamespace(places={Place.G2: 0.6, Place.F: 0.39, Place.SENSE: 0.01})
+
+    monkeypatch.setattr("identify.explain.answer.located", elsewhere)
     concealed = (Concealed("resonance in G2", {"w_n": 2000.0, "zeta": 0.95}),)
     played = sine("sine", 31.25, 8.0, 8, 1), staircase("walk", FIG13_LEVELS_V, 0.03), sine("other", 20.0, 7.0, 20, 1)
     *seen, held_out = (recorded(RC, s, concealed, NOISE_V, i, 3.0 * i, 8) for i, s in enumerate(played))
     told = explain(model_of(RC), seen, [held_out])
     assert [(effect.id, effect.stage) for effect in told.effects] == [("resonance", "G2")]
     assert told.effects[0].probability <= 0.5
+    assert told.location is not None
+    assert told.location.alternatives == ("F",)
+    assert asked == [()]  # beside what else was named: nothing here
     assert any(text.startswith("resonance at G2 has values with which much") for text in told.warnings)

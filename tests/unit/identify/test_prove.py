@@ -1,11 +1,13 @@
 """Which corrections can held-out data prove, and what is said of where a mismatch enters where they do not?"""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
 from identify.effects import catalogue, chain_of
 from identify.explain import explain
+from identify.explain.answer import Answer
 from identify.explain.bench import Bench
 from identify.explain.locate import Located
 from identify.explain.prove import foretells
@@ -44,6 +46,22 @@ def test_where_held_out_data_are_no_better_for_a_correction_no_place_is_excluded
     beyond = Located(PLAIN, ((LevelMap(Place.F, KNOTS), replace(PLAIN, chi2=0.5 * PLAIN.chi2)),), 1e-9, (5.0,))
     assert beyond.alternatives() == ()
     assert set(beyond.alternatives(True)) == set(Place) - {Place.F}
+
+
+@pytest.mark.parametrize(("over", "verdict", "stage"), [(1.0, "explained", None), (1.2, "partly_explained", "F")])
+def test_blemishes_alone_explain_nothing_that_noise_cannot_make(over: float, verdict: str, stage: str | None) -> None:
+    """Though what is held out shows as little of it as that it bears no correction out."""
+    left = replace(PLAIN, chi2=over * PLAIN.count)
+    beyond = Located(left, ((LevelMap(Place.F, KNOTS), replace(left, chi2=0.9 * left.chi2)),), 1e-9, (5.0,))
+    answer = Answer.__new__(Answer)
+    readings = SimpleNamespace(found=(SimpleNamespace(id="missing_samples"),))
+    vars(answer).update(
+        better=left, beyond=beyond, readings=readings, proof=None, blemished=True, unproven=False, unvisited=None,
+        named_over=1.01, after_v=0.0101, noise_v=0.01, by_chance=0.0,
+    )  # fmt: skip
+    assert answer.verdict == verdict
+    assert answer.remaining().stage == stage
+    assert answer.remaining().sentence.startswith("Nothing that any correction") is (stage is None)
 
 
 @pytest.mark.parametrize(("size_v", "others", "told"), [

@@ -6,13 +6,14 @@ import pytest
 from identify.effects import chain_of
 from identify.evidence import Evidence
 from identify.explain.bench import Bench
-from identify.explain.corrections import APART, RESTS, dwelt_levels, with_zero
+from identify.explain.corrections import APART, RESTS, dwelt_levels, speeds, with_zero
 from identify.explain.suspect import MOST, Suspect, columns_of, contenders, explainable, finer, overlooked, suspect
 from identify.stage import Place
 from identify.unnamed.contact import Sticking
 from identify.unnamed.correction import Correction
 from identify.unnamed.hysteresis import Relays
 from identify.unnamed.maps import LevelMap, Trailing
+from identify.unnamed.memory import BorderOverRate, GapOverRate
 from identify.unnamed.modulation import Heated
 from identify.unnamed.timed import GainSteps, GapSteps, LeadSteps, OffsetSteps, Timed
 from tests.proof.cases import Concealed
@@ -118,6 +119,14 @@ def test_a_place_that_promises_nearly_as_much_is_fitted_too(gain: float, fitted:
     """First order is that rough: a slow amplifier of G1 promised a seventh less than the one of F it was taken for."""
     chosen = contenders([promising(Place.F, 1e4), promising(Place.G1, gain)], 1.0)
     assert (Place.G1 in {s.correction.place for s in chosen}) is fitted
+
+
+def test_a_gap_over_the_rate_has_one_law_where_both_borders_have_the_same() -> None:
+    """As far as the noise lets both be told: six weights for twelve. Later on rises alone, each border keeps its own."""
+    for law, form in (("rate_dependent_gap", GapOverRate.form), ("later_contact", BorderOverRate.form)):
+        there = evidence(*FIG13_LEVELS_V, physics=(Concealed(law, {"k": 1e-4}),))
+        both = BorderOverRate(Place.F, speeds(there, Place.G1))
+        assert finer(there, suspect(there, both), 1.0).correction.form == form
 
 
 def test_one_largest_rate_is_sought_on_either_side_of_zero() -> None:
