@@ -122,7 +122,7 @@ def test_a_place_that_promises_nearly_as_much_is_fitted_too(gain: float, fitted:
 
 
 def test_a_gap_over_the_rate_has_one_law_where_both_borders_have_the_same() -> None:
-    """As far as the noise lets both be told: six weights for twelve. Later on rises alone, each border keeps its own."""
+    """As far as the noise lets them be told: six weights for twelve. Later on rises alone each border has its own."""
     for law, form in (("rate_dependent_gap", GapOverRate.form), ("later_contact", BorderOverRate.form)):
         there = evidence(*FIG13_LEVELS_V, physics=(Concealed(law, {"k": 1e-4}),))
         both = BorderOverRate(Place.F, speeds(there, Place.G1))
