@@ -1,12 +1,15 @@
 """Is a line in front of the gap found where it is, though few readings show it?"""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from identify.chain import plain_chain, simulate
 from identify.evidence import Evidence
+from identify.explain import beside
+from identify.explain.corrections import LINES, corrections
 from identify.explain.in_front import asked_of_v, lines_in_front
 from identify.explain.suspect import Suspect, contenders, overlooked, with_alike
 from identify.fit import fit
@@ -63,7 +66,14 @@ def test_what_v_is_asked_for_is_how_a_change_of_v_would_move_the_misfit():
     assert told == pytest.approx(true, rel=0.05)
 
 
-def test_a_line_at_other_frequencies_goes_along_if_it_promises_nearly_as_much():
+def test_a_line_in_front_of_the_gap_is_tried_wherever_it_is_likely():
+    runs = seen(Concealed("source_line", {"amplitude": 0.15, "frequency": LINE_HZ}))
+    evidence = Evidence(fit(CHAIN, runs, iterations=0), tuple(runs))
+    lines = [c.knots for c in corrections(evidence) if (c.form, c.place) == (Line.form, Place.G1)]
+    assert {(hz,) for hz in lines_in_front(CHAIN, runs, LINES)} < set(lines)
+
+
+def test_a_line_at_other_frequencies_goes_along_if_it_promises_nearly_as_much(monkeypatch):
     def suspect(correction, gain):
         return Suspect(correction, np.ones(1), np.array([gain]), {})
 
@@ -72,7 +82,12 @@ def test_a_line_at_other_frequencies_goes_along_if_it_promises_nearly_as_much():
     ranked = [line, level, read, near, far]
     assert with_alike(ranked, [line, level]) == [line, level, near]
     assert with_alike(ranked, [level]) == [level]
-    assert near in contenders(ranked, 1.0)
-    assert far not in contenders(ranked, 1.0)
+    second = suspect(LevelMap(Place.G1, (0.0, 1.0, 2.0, 3.0)), 99.5)  # of the best place
+    assert [s for s in contenders([line, second, *ranked[1:]], 1.0) if s in (second, near, far)] == [second, near]
     large = [suspect(s.correction, 100.0 * s.gain) for s in ranked]
     assert [s.correction.knots for s in overlooked(large, large[1:3])] == [line.correction.knots, near.correction.knots]
+    monkeypatch.setattr(beside, "finer", lambda evidence, found, noise: found)
+    monkeypatch.setattr(beside, "fitted_from", lambda bench, base, found: found)
+    monkeypatch.setattr(beside, "slid_on", lambda bench, base, law, fitted: (law, fitted))
+    bench = SimpleNamespace(evidence=lambda base: None)
+    assert list(beside._fitted(bench, None, ranked)) == [line, level, near]
