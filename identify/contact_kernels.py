@@ -1,4 +1,4 @@
-"""The compiled loops of a play whose contact is of another kind: it sticks, gives way, or kicks as it opens."""
+"""The compiled loops of a play whose contact is of another kind: it sticks, gives way, kicks as it opens, or rings."""
 
 import numpy as np
 from numba import njit
@@ -49,6 +49,33 @@ def kicking_play(
             side = -1
         out[j] = w
     return w, side
+
+
+@njit(error_model="numpy", cache=True)
+def timed_play(
+    lower: Array, upper: Array, state: tuple[float, int, float], since: Array, out: Array
+) -> tuple[float, int, float]:
+    """Run a play operator and tell how many instants ago contact was made, from 1 on: below zero that with ``upper``.
+
+    Zero before any. ``state``: w, the border it stands at, 0 or 1, or -1, and the last of ``since``; returned as they
+    are at the end. ``out`` may be one of the borders.
+    """
+    w, side, ago = state
+    for j in range(lower.size):
+        low, high = lower[j], upper[j]
+        now = side
+        if w <= low:
+            w, now = low, 0
+        elif w >= high:
+            w, now = high, 1
+        elif w > low + OPENS_V and w < high - OPENS_V:
+            now = -1
+        if now >= 0 and now != side:
+            ago = 1.0 if now == 0 else -1.0
+        else:
+            ago += np.sign(ago)
+        side, since[j], out[j] = now, ago, w
+    return w, side, ago
 
 
 @njit(error_model="numpy", cache=True)

@@ -11,22 +11,20 @@ from itertools import pairwise
 import numpy as np
 
 from identify.blocks import Play
-from identify.chain import Chain, signals
+from identify.chain import Chain
 from identify.evidence import Evidence
-from identify.explain.anew import LINE, line_anew
-from identify.explain.in_front import lines_in_front
+from identify.explain.frequencies import flutter_hz, in_front_hz, line_hz, ripple_hz
 from identify.lags import time_constants
-from identify.observe import Observation
 from identify.stage import Place
 from identify.trace import Array
-from identify.unnamed.contact import Giving, Kicking, Sticking
+from identify.unnamed.contact import AfterContact, AfterEither, Giving, Kicking, Sticking
 from identify.unnamed.correction import UNNAMED, Correction
 from identify.unnamed.hysteresis import Hysteresis, Relays
 from identify.unnamed.linear import Bypass, Filter, OneWay, SlowFilter
-from identify.unnamed.lines import GapRipple, Line, Ripple
+from identify.unnamed.lines import Flutter, GapRipple, Line, Ripple
 from identify.unnamed.maps import LevelMap, LevelTable, RateGain, RateMap, SourceGain, SourceMap, Trailing
 from identify.unnamed.memory import BorderMap, BorderOverRate, GapAfterTurn, GapOverRate, Leak, Plateau
-from identify.unnamed.modulation import GapAfterLoad, Heated, Sag, Swiftness, Warming
+from identify.unnamed.modulation import GapAfterLoad, Heated, Leaning, Moved, Sag, Swiftness, Warming
 from identify.unnamed.timed import (
     Ageing,
     ClockMap,
@@ -52,14 +50,13 @@ OFTENER = (16, 48)  # of a gain of the reading that drifts and is fitted
 LAGS = 5
 TURNS = 5
 RATES = (0.3, 0.5, 0.7, 0.83, 0.93)  # of the largest: what a stage may be too slow for
-LINES = 3  # frequencies at which a line in front of the gap is tried
 RUNS = 32  # starts of runs from which on something may be another, at most
 AGEING = 3
 SPEEDS = 9  # levels at which dynamics may differ
-PADDED = 8  # times the length of a run, with zeros: places a peak between bins
 GAPS = (3e-4, 1e-3, 3e-3, 0.01, 0.02, 0.04, 0.06, 0.09, 0.13, 0.18, 0.25, 0.35)  # of a range: half gaps
 PUSHES = (3e-3, 7e-3, 0.015, 0.03, 0.06, 0.12)  # of how far w goes: what breaks a contact loose
 THRESHOLDS = (0.05, 0.15, 0.3, 0.5, 0.7)  # of how far a signal goes: where something may switch
+RINGS = 24  # instants after contact, close enough to show how it rings
 KICKS = 3  # levels of w at which a contact that opens may push it by something else
 RESTS = 50  # samples for which a level is kept, to be one that u rests on
 APART = 1e-3  # of the range of u: levels closer than that are one
@@ -120,6 +117,7 @@ def _memories(evidence: Evidence, name: str) -> Iterator[Correction]:
     yield Sticking(Place.F, tuple(share * max(width, 1e-9) for share in PUSHES), name)
     yield Giving(Place.F, fast_s(evidence)[1::2], name)
     yield Kicking(Place.F, level_knots(evidence, Place.F, KICKS), name)
+    yield AfterContact(Place.F, fast_s(evidence), name)
     yield Leak(Place.F, level_knots(evidence, Place.G1, KNOTS), name)
     for place in Hysteresis.places:
         low, high = evidence.range(place)
@@ -155,6 +153,10 @@ def sharpened(evidence: Evidence, correction: Correction) -> list[Correction]:
     if isinstance(correction, GainMap) and correction.counted == "drifts" and correction.place is Place.SENSE:
         more = [count for count in OFTENER if count > len(correction.knots)]
         return [replace(correction, knots=recorded_knots(evidence, count)) for count in more]
+    if correction.form == AfterContact.form:
+        often = tuple(np.geomspace(correction.knots[0], correction.knots[-1], RINGS).tolist())
+        every = correction.knots, often
+        return [kind(correction.place, at, correction.name) for kind in (AfterContact, AfterEither) for at in every]
     if correction.form == BorderOverRate.form:
         return [GapOverRate(correction.place, correction.knots, correction.name)]
     if correction.form == Hysteresis.form:
@@ -168,60 +170,16 @@ def sharpened(evidence: Evidence, correction: Correction) -> list[Correction]:
 def _mixed(evidence: Evidence, name: str) -> Iterator[Correction]:
     """Yield what lets one thing change another."""
     yield from (Ripple(place, (ripple_hz(evidence, place),), name) for place in Ripple.places)
+    flutter = flutter_hz(evidence.fine)
+    yield from (Flutter(place, (flutter,), name) for place in Flutter.places)
     if evidence.chain.stage_of(Play) is not None:
         yield GapRipple(Place.F, (ripple_hz(evidence, Place.F),), name)
     slowest = slowest_s(evidence)
     lags = tuple(np.geomspace(slowest, max(100.0 * slowest, evidence.longest_s), LAGS).tolist())
-    yield from (kind(place, lags, name) for kind in (Warming, Sag, Heated) for place in kind.places)
+    yield from (kind(place, lags, name) for kind in (Warming, Sag, Leaning, Moved, Heated) for place in kind.places)
     yield GapAfterLoad(Place.F, lags, name)
     for place in (Place.G1, Place.G2):
         yield Swiftness(place, with_zero(level_knots(evidence, place, SPEEDS)), name)
-
-
-def line_hz(evidence: Evidence) -> float:
-    """Return the frequency of a line that no repeat brings back, Hz, or else that of the longest run's highest peak."""
-    hz, chance = line_anew(evidence.chain, evidence.observations)
-    return hz if chance < LINE else evidence.strongest_line_hz
-
-
-def in_front_hz(evidence: Evidence) -> tuple[float, ...]:
-    """Return the likeliest frequencies of a line in front of the gap, Hz.
-
-    Several: at turns few instants tell of v, and a line elsewhere explains nearly as much.
-    """
-    return lines_in_front(evidence.chain, evidence.fine.observations, LINES)
-
-
-def ripple_hz(evidence: Evidence, place: Place) -> float:
-    """Return the frequency at which the residual follows the signal at a place in most runs, Hz, zero excluded.
-
-    At F that signal is the branch: a gap that widens puts one border down and the other up. What hangs on the stimulus
-    makes lines, too, but in every run others: the runs are asked together.
-    """
-    spectra = [_followed(o, evidence, place) for o in evidence.observations]
-    lines = max((hz for hz, _ in spectra), key=len)
-    told = sum(np.interp(lines, hz, height) for hz, height in spectra)
-    return float(lines[np.argmax(told)])
-
-
-def _followed(observation: Observation, evidence: Evidence, place: Place) -> tuple[Array, Array]:
-    """Return frequencies, Hz, and the log of how far the residual times the signal stands out of the median there."""
-    residual = np.where(observation.use, observation.residual(evidence.chain), 0.0)
-    signal = _signal(observation, evidence, place)
-    product = residual * (signal - np.mean(signal))
-    size = PADDED * product.size
-    spectrum = np.abs(np.fft.rfft((product - np.mean(product)) * np.hanning(product.size), size))
-    spectrum[: PADDED * PADDED] = 0.0
-    height = np.log1p(spectrum / (float(np.median(spectrum)) or 1.0))
-    return np.arange(spectrum.size) / (size * evidence.sample_s), height
-
-
-def _signal(observation: Observation, evidence: Evidence, place: Place) -> Array:
-    """Return the signal at the source or at the sense, or the branch that F is on, +-1."""
-    if place == Place.F:
-        w = signals(evidence.chain, observation.trace)[evidence.chain.index(Place.F) - 1]
-        return np.sign(np.diff(w, prepend=w[:1]))
-    return (observation.trace.u if place == Place.SOURCE else observation.trace.y)[:]
 
 
 def speeds(evidence: Evidence, place: Place) -> tuple[float, ...]:

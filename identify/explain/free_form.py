@@ -37,6 +37,7 @@ ITERATIONS = 8  # a correction is nearly linear in its weights
 NEAR = 2.0  # times the best sum of squares, up to which a search cut short is ended
 MOVED, SLID = 2, 6  # times corners are sought anew, and slid, at most
 MOVABLE = 100.0  # times the best sum of squares, up to which they are moved
+NEARLY = 0.995  # of the best promise, that first order may mistake
 STRIDE, LAST = 3, 3  # iterations of a lap of the race, corrections that come to its end
 
 
@@ -79,19 +80,29 @@ def gone_on(
     """Return the corrections that are worth a fit, and their fits; of lines those that are there in all runs alike."""
     worth, fitted = first.worth, [slid_on(bench, base, correction, h) for correction, h in first.fitted]
     least = min((h for _, h in fitted), key=lambda h: h.chi2)
-    left = overlooked(first.ranked, worth)
-    if least.misfit <= base.noise_known and base.chi2 - least.chi2 >= KEPT * max(s.gain for s in first.ranked):
-        fine = {s.correction.form for s in first.ranked if is_fine(s.correction)}
-        left = [s for s in left if s.correction.form in fine]  # what fits as well by a weight for every few readings
-    if left:
-        evidence = bench.evidence(base)
-        others = raced(bench, base, [s if s.correction.searched else finer(evidence, s, first.noise) for s in left])
+    if left := passed_over(bench, base, first, least):
+        others = raced(bench, base, left)
         worth, fitted = [*worth, *(s for s, _ in others)], [*fitted, *((s.correction, h) for s, h in others)]
     reach = max(MOVABLE * min(h.chi2 for _, h in fitted), (1.0 + base.noise_known) * base.count)
     fitted = [with_corners(bench, base, c, h) if h.chi2 < reach else (c, h) for c, h in fitted]
     fitted = ended(bench, fitted)
     kept = [steady(base, c, h) for c, h in fitted]
     return (list(compress(worth, kept)), list(compress(fitted, kept))) if any(kept) else (worth, fitted)
+
+
+def passed_over(bench: Bench, base: Hypothesis, first: Begun, least: Hypothesis) -> list[Suspect]:
+    """Return what was not fitted and may be the law all the same, with the knots the data ask for.
+
+    Where the best fit, ``least``, may leave none but noise: what fits as well by a weight for every few readings, and
+    of laws that one knot may do for those that promise nearly as much there, which where it is unknown they did not.
+    """
+    evidence, left, most = bench.evidence(base), overlooked(first.ranked, first.worth), max(s.gain for s in first.ranked)
+    enough = least.misfit <= base.noise_known and base.chi2 - least.chi2 >= KEPT * most
+    fine = {s.correction.form for s in first.ranked if is_fine(s.correction)}
+    if enough:
+        left = [s for s in left if s.correction.form in fine or s.correction.single]
+    sharp = [s if s.correction.searched else finer(evidence, s, first.noise) for s in left]
+    return [s for s in sharp if not enough or s.correction.form in fine or s.gain > NEARLY * most]
 
 
 def raced(bench: Bench, base: Hypothesis, others: Sequence[Suspect]) -> list[tuple[Suspect, Hypothesis]]:

@@ -268,8 +268,10 @@ def of_one_knot(evidence: Evidence, found: Suspect) -> Suspect:
         return suspect(evidence, replace(found.correction, knots=(*([-exp(x)] if knots[0] < 0.0 else []), exp(x))))
 
     logs = np.log([knot for knot in knots if knot > 0.0])
+    beyond = np.diff(logs)[[0, -1]] if logs.size > 1 else np.zeros(2)
     best = int(np.argmax([at(x).gain for x in logs]))
-    bounds = logs[max(best - 1, 0)], logs[min(best + 1, logs.size - 1)]
+    ends = np.concatenate((logs[:1] - beyond[0], logs, logs[-1:] + beyond[1]))
+    bounds = ends[best], ends[best + 2]
     one = at(float(minimize_scalar(lambda x: -at(x).gain, bounds=bounds, options={"xatol": KNOT}).x))
     return replace(one, looks=0.5 * log(max(one.gain, 1.0)))
 

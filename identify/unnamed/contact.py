@@ -1,7 +1,8 @@
-"""Which free-form laws change how contact is made: one that sticks, one that gives way, one that kicks?"""
+"""Which free-form laws change how contact is made: one that sticks, one that gives way, that kicks, that rings?"""
 
 from abc import abstractmethod
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -133,3 +134,46 @@ class Kicking(PlayCorrection):
             return np.asarray(lower)
 
         return run
+
+
+@dataclass(frozen=True)
+class AfterContact(PlayCorrection):
+    """What goes on once contact is made, whatever v does meanwhile: it rings, or bounces, or creeps home."""
+
+    form = "after contact"
+    kind = "something that goes on after contact is made"
+    equation = "w' = w + c(t) after contact with border L, w - c(t) after that with U, t since then, straight between"
+    quick = True
+    knot_unit = "s"
+    weights: ClassVar[tuple[tuple[str, str], ...]] = (("after", "V"),)
+
+    @property
+    def axis(self) -> str:
+        """Return the coordinate."""
+        return "branch"
+
+    def played(self, borders: Values, values: Values, grid: Grid) -> Run:
+        """Return the operator with what goes on after contact."""
+        s_l, d_l, s_u, d_u = borders
+        after = self.split(values)
+        state = 0.0, -1, 0.0
+
+        def run(block: Block) -> Array:
+            nonlocal state
+            lower, upper, since = s_l * (block.signal - d_l), s_u * (block.signal - d_u), np.empty_like(block.signal)
+            state = contact_kernels.timed_play(lower, upper, state, since, lower)
+            ago_s = (np.abs(since) - 1.0) * grid.step_s
+            for sign, each in ((1.0, after[0]), (-1.0, after[-1])):
+                lower += sign * np.where(sign * since > 0.0, np.interp(ago_s, self.knots, each), 0.0)
+            return np.asarray(lower)
+
+        return run
+
+
+@dataclass(frozen=True)
+class AfterEither(AfterContact):
+    """The same, by a law of its own on either side: one contact of two that is loose, say."""
+
+    form = "after either contact"
+    equation = "w' = w + c_L(t) after contact with border L, w - c_U(t) after that with U, t since then"
+    weights = (("L", "V"), ("U", "V"))

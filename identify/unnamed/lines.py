@@ -1,4 +1,4 @@
-"""Which free-form laws have one frequency that is free of the stimulus: added, on the gain, on the gap?"""
+"""Which free-form laws have one frequency that is free of the stimulus: added, on the gain, the delay or the gap?"""
 
 from dataclasses import dataclass
 
@@ -7,6 +7,7 @@ import numpy as np
 from identify.stage import Block, Grid, Place, Run, Values
 from identify.trace import Array
 from identify.unnamed.correction import Correction, PlayCorrection
+from identify.unnamed.maps import rate_of
 from identify.unnamed.memory import widened_play
 
 
@@ -79,6 +80,28 @@ class Ripple(OneLine):
         """Return the signal times one plus the line."""
         line = self.line(values, grid)
         return lambda block: block.signal * (1.0 + line(block))
+
+
+@dataclass(frozen=True)
+class Flutter(OneLine):
+    """A delay that ripples: a clock that flutters, or two converters in turn of which one is late."""
+
+    form = "ripple of the delay"
+    kind = "a ripple of the delay, free of the stimulus"
+    equation = "s' = s + (a sin(2 pi f t) + b cos(2 pi f t)) ds/dt, a and b free in every run"
+    quick = True
+    weights = (("sine", "s"), ("cosine", "s"))
+    places = (Place.SENSE, Place.G1)
+
+    @property
+    def same_at(self) -> tuple[Place, ...]:
+        """Return its place; a line on the delay of u is one on that of v, and G2 passes it on to the reading."""
+        return (Place.G1, Place.SOURCE) if self.place is Place.G1 else super().same_at
+
+    def summed(self, values: Values, grid: Grid) -> Run:
+        """Return the signal a little sooner or later: to first order, of delays that are short against it."""
+        line, rate = self.line(values, grid), rate_of(grid)
+        return lambda block: np.asarray(block.signal + line(block) * rate(block))
 
 
 @dataclass(frozen=True)

@@ -157,17 +157,18 @@ class OverRate(Correction):
         """Return its place; what G2 puts out is what is read."""
         return (Place.G2, Place.SENSE) if self.place is Place.G2 else super().same_at
 
-    def rate(self, grid: Grid) -> Run:
-        """Return how fast the signal moves, V/s."""
-        last: float | None = None
 
-        def run(block: Block) -> Array:
-            nonlocal last
-            rate = np.diff(block.signal, prepend=block.signal[0] if last is None else last) / grid.step_s
-            last = float(block.signal[-1])
-            return rate
+def rate_of(grid: Grid) -> Run:
+    """Return how fast a signal moves, V/s."""
+    last: float | None = None
 
-        return run
+    def run(block: Block) -> Array:
+        nonlocal last
+        rate = np.diff(block.signal, prepend=block.signal[0] if last is None else last) / grid.step_s
+        last = float(block.signal[-1])
+        return rate
+
+    return run
 
 
 @dataclass(frozen=True)
@@ -181,7 +182,7 @@ class RateMap(OverRate):
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal plus the correction at its rate of change."""
-        rate = self.rate(grid)
+        rate = rate_of(grid)
         return lambda block: np.asarray(block.signal + np.interp(rate(block), self.knots, values))
 
 
@@ -197,7 +198,7 @@ class RateGain(OverRate):
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal times one plus the correction at its rate of change."""
-        rate = self.rate(grid)
+        rate = rate_of(grid)
         return lambda block: np.asarray(block.signal * (1.0 + np.interp(np.abs(rate(block)), self.knots, values)))
 
 

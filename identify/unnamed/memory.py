@@ -11,7 +11,7 @@ from identify.chain import Chain
 from identify.stage import Block, Grid, Place, Run, Values
 from identify.trace import Array
 from identify.unnamed.correction import Correction, PlayCorrection
-from identify.unnamed.maps import spline
+from identify.unnamed.maps import rate_of, spline
 
 REST_V = 1e-9  # a level that moves less than this between two instants rests
 
@@ -74,15 +74,8 @@ class GapOverRate(PlayCorrection):
 
     def _widened(self, values: Array, grid: Grid) -> Run:
         """Return by how much a border is farther out, V."""
-        last: float | None = None
-
-        def widened(block: Block) -> Array:
-            nonlocal last
-            speed = np.abs(np.diff(block.signal, prepend=block.signal[0] if last is None else last)) / grid.step_s
-            last = float(block.signal[-1])
-            return np.interp(speed, self.knots, values)
-
-        return widened
+        rate = rate_of(grid)
+        return lambda block: np.interp(np.abs(rate(block)), self.knots, values)
 
 
 @dataclass(frozen=True)

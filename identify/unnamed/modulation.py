@@ -11,18 +11,17 @@ from identify.discretise import stepper
 from identify.stage import Block, Grid, Place, Run, Values
 from identify.trace import Array
 from identify.unnamed.correction import PlayCorrection
-from identify.unnamed.maps import LEVELS, OverLevel
+from identify.unnamed.maps import LEVELS, OverLevel, rate_of
 from identify.unnamed.memory import widened_play
 
 
 @dataclass(frozen=True)
 class Warming(OverLevel):
-    """A gain that follows the load of the recent past: a power of the signal's size behind lags, the knots."""
+    """A gain that follows the load of the recent past: the square of the signal behind lags, the knots."""
 
     form = "gain after load"
     kind = "a gain that follows the load of the recent past"
     equation = "s' = s (1 + sum of a_k T_k), T_k = s^2 / (1 + s tau_k) in operator form"
-    power: ClassVar[float] = 2.0  # of heat; of a supply that sags under a current it is 1
     knot_unit = "s"
     weights = (("warm", "V^-2"),)
     places: ClassVar[tuple[Place, ...]] = (Place.SOURCE, Place.G1, Place.F, Place.SENSE)
@@ -32,8 +31,12 @@ class Warming(OverLevel):
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal times one plus the weighted lags of its load."""
-        warmth = _warmth(self.knots, values, grid, self.power)
-        return lambda block: np.asarray(block.signal * (1.0 + warmth(block)))
+        past = _past(self.knots, values, grid, self.load(grid))
+        return lambda block: np.asarray(block.signal * (1.0 + past(block)))
+
+    def load(self, grid: Grid) -> Run:
+        """Return what of the signal is felt later: heat goes with its square."""
+        return _heat
 
 
 @dataclass(frozen=True)
@@ -43,8 +46,47 @@ class Sag(Warming):
     form = "gain after use"
     kind = "a gain that follows the use of the recent past"
     equation = "s' = s (1 + sum of a_k T_k), T_k = abs(s) / (1 + s tau_k) in operator form"
-    power = 1.0
     weights = (("sag", "V^-1"),)
+
+    def load(self, grid: Grid) -> Run:
+        """Return the size of the signal."""
+        return lambda block: np.abs(block.signal)
+
+
+@dataclass(frozen=True)
+class Leaning(Warming):
+    """A gain that follows the level of the recent past, as behind two supplies of which one gives way."""
+
+    form = "gain after level"
+    kind = "a gain that follows the level of the recent past"
+    equation = "s' = s (1 + sum of a_k T_k), T_k = s / (1 + s tau_k) in operator form"
+    weights = (("lean", "V^-1"),)
+    places = (Place.SOURCE, Place.G1, Place.SENSE)
+
+    def load(self, grid: Grid) -> Run:
+        """Return the signal."""
+        return lambda block: block.signal
+
+
+@dataclass(frozen=True)
+class Moved(Warming):
+    """A gain that follows how much the signal has moved of late, as in a part that every movement warms."""
+
+    form = "gain after motion"
+    kind = "a gain that follows the motion of the recent past"
+    equation = "s' = s (1 + sum of a_k T_k), T_k = abs(ds/dt) / (1 + s tau_k) in operator form"
+    weights = (("move", "s/V"),)
+    places = (Place.G1, Place.F, Place.SENSE)
+
+    @property
+    def axis(self) -> str:
+        """Return the coordinate."""
+        return super().axis.replace("level", "rate")
+
+    def load(self, grid: Grid) -> Run:
+        """Return how fast the signal moves either way, V/s."""
+        rate = rate_of(grid)
+        return lambda block: np.abs(rate(block))
 
 
 @dataclass(frozen=True)
@@ -59,8 +101,8 @@ class Heated(Warming):
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal plus the weighted lags of its load."""
-        warmth = _warmth(self.knots, values, grid, self.power)
-        return lambda block: np.asarray(block.signal + warmth(block))
+        past = _past(self.knots, values, grid, self.load(grid))
+        return lambda block: np.asarray(block.signal + past(block))
 
 
 @dataclass(frozen=True)
@@ -83,20 +125,25 @@ class GapAfterLoad(PlayCorrection):
 
     def played(self, borders: Values, values: Values, grid: Grid) -> Run:
         """Return the operator whose borders follow the load."""
-        lower, upper = (_warmth(self.knots, part, grid, Warming.power) for part in self.split(values))
+        lower, upper = (_past(self.knots, part, grid, _heat) for part in self.split(values))
         return widened_play(borders, lower, upper)
 
 
-def _warmth(lags_s: Sequence[float], weights: Values | Array, grid: Grid, power: float) -> Run:
-    """Return what a power of a signal's size makes behind lags, weighed."""
+def _heat(block: Block) -> Array:
+    """Return what a signal heats a part by, in units of its own."""
+    return np.square(block.signal)
+
+
+def _past(lags_s: Sequence[float], weights: Values | Array, grid: Grid, load: Run) -> Run:
+    """Return what a load makes behind lags, weighed."""
     lags = [
         (a, run_linear(stepper((1.0,), (tau, 1.0), grid.step_s, "ramp")))
         for a, tau in zip(weights, lags_s, strict=True) if a
     ]  # fmt: skip
 
     def run(block: Block) -> Array:
-        load = Block(np.abs(block.signal) ** power, block.source, block.first, block.grid)
-        return np.asarray(sum(a * lag(load) for a, lag in lags))
+        felt = block.holding(load(block))
+        return np.asarray(sum(a * lag(felt) for a, lag in lags))
 
     return run
 

@@ -12,11 +12,11 @@ import numpy as np
 from identify.chain import Chain
 from identify.model import Physics
 from identify.stage import Place
-from identify.unnamed.contact import Giving, Kicking, Sticking
+from identify.unnamed.contact import AfterContact, AfterEither, Giving, Kicking, Sticking
 from identify.unnamed.correction import UNNAMED, Correction
 from identify.unnamed.hysteresis import Hysteresis, Relays
 from identify.unnamed.linear import Bypass, Filter, OneWay, SlowFilter
-from identify.unnamed.lines import GapRipple, Line, Ripple
+from identify.unnamed.lines import Flutter, GapRipple, Line, Ripple
 from identify.unnamed.maps import (
     BrokenMap,
     LevelMap,
@@ -29,7 +29,7 @@ from identify.unnamed.maps import (
     Trailing,
 )
 from identify.unnamed.memory import BorderMap, BorderOverRate, GapAfterTurn, GapOverRate, Leak, Plateau
-from identify.unnamed.modulation import GapAfterLoad, Heated, Sag, Swiftness, Warming
+from identify.unnamed.modulation import GapAfterLoad, Heated, Leaning, Moved, Sag, Swiftness, Warming
 from identify.unnamed.timed import (
     Ageing,
     ClockMap,
@@ -55,7 +55,7 @@ KINDS: dict[str, type[Correction]] = {
         SlowFilter, OneWay, Bypass, Hysteresis, Relays, Sticking, Giving, Plateau, GapOverRate, GapAfterTurn, ClockMap,
         OffsetSteps, OffsetInRun, Moments, GainMap, GainSteps, GainInRun, GapOverClock, GapSteps, GapInRun, Ageing,
         Line, Ripple, GapRipple, Warming, Sag, Heated, GapAfterLoad, Swiftness, LevelTable, LeadSteps,
-        LeadDrift, BorderOverRate, Kicking,
+        LeadDrift, BorderOverRate, Kicking, Leaning, Moved, AfterContact, AfterEither, Flutter,
     )
 }  # fmt: skip
 

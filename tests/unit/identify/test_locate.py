@@ -13,8 +13,8 @@ from identify.effects import chain_of
 from identify.evidence import Evidence
 from identify.explain.bench import Bench
 from identify.explain.contact import still
-from identify.explain.corrections import ripple_hz
 from identify.explain.free_form import LAST, Begun, begun, ended, fitted_from, raced, slid_on
+from identify.explain.frequencies import ripple_hz
 from identify.explain.locate import BEHIND, EASILY, NEARER, Located, located, within_reach
 from identify.explain.moments import where
 from identify.explain.prove import proven

@@ -29,7 +29,7 @@ KNOTS = {
     "V": (-22.0, -14.0, -6.0, 2.0, 10.0, 18.0), "V/s": (0.0, 30.0, 100.0, 300.0), "s": (0.001, 0.01, 0.1),
     "Hz": (77.0,),
 }  # fmt: skip
-SIZE = {"V": 0.05, "V/V": 0.02, "V/s": 0.7, "V^-1": 2e-3, "V^-2": 1e-4, "s": 2e-4}
+SIZE = {"V": 0.05, "V/V": 0.02, "V/s": 0.7, "V^-1": 2e-3, "V^-2": 1e-4, "s": 2e-4, "s/V": 1e-4}
 EVERY = [(form, place) for form, kind in KINDS.items() for place in kind.places]
 
 

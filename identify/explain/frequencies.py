@@ -1,0 +1,71 @@
+"""At which frequency, free of the stimulus, would a line explain most: added, on the gain, the delay or the gap?"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from identify.chain import signals, simulate
+from identify.evidence import Evidence
+from identify.explain.anew import LINE, line_anew
+from identify.explain.in_front import lines_in_front
+from identify.observe import Observation
+from identify.stage import Place
+from identify.trace import Array
+
+LINES = 3  # frequencies at which a line in front of the gap is tried
+PADDED = 8  # times the length of a run, with zeros: places a peak between bins
+
+
+def line_hz(evidence: Evidence) -> float:
+    """Return the frequency of a line that no repeat brings back, Hz, or else that of the longest run's highest peak."""
+    hz, chance = line_anew(evidence.chain, evidence.observations)
+    return hz if chance < LINE else evidence.strongest_line_hz
+
+
+def in_front_hz(evidence: Evidence) -> tuple[float, ...]:
+    """Return the likeliest frequencies of a line in front of the gap, Hz.
+
+    Several: at turns few instants tell of v, and a line elsewhere explains nearly as much.
+    """
+    return lines_in_front(evidence.chain, evidence.fine.observations, LINES)
+
+
+def ripple_hz(evidence: Evidence, place: Place) -> float:
+    """Return the frequency at which the residual follows the signal at a place in most runs, Hz, zero excluded.
+
+    At F that signal is the branch: a gap that widens puts one border down and the other up. What hangs on the stimulus
+    makes lines, too, but in every run others: the runs are asked together.
+    """
+    return _followed_hz(evidence, [_signal(o, evidence, place) for o in evidence.observations])
+
+
+def flutter_hz(evidence: Evidence) -> float:
+    """Return the frequency at which the residual follows the rate of the answer in most runs, Hz, zero excluded."""
+    return _followed_hz(evidence, [np.gradient(simulate(evidence.chain, o.trace)) for o in evidence.observations])
+
+
+def _followed_hz(evidence: Evidence, followed: Sequence[Array]) -> float:
+    """Return the frequency at which the residual follows a signal in most runs, Hz, zero excluded."""
+    spectra = [_followed(o, evidence, signal) for o, signal in zip(evidence.observations, followed, strict=True)]
+    lines = max((hz for hz, _ in spectra), key=len)
+    told = sum(np.interp(lines, hz, height) for hz, height in spectra)
+    return float(lines[np.argmax(told)])
+
+
+def _followed(observation: Observation, evidence: Evidence, signal: Array) -> tuple[Array, Array]:
+    """Return frequencies, Hz, and the log of how far the residual times the signal stands out of the median there."""
+    residual = np.where(observation.use, observation.residual(evidence.chain), 0.0)
+    product = residual * (signal - np.mean(signal))
+    size = PADDED * product.size
+    spectrum = np.abs(np.fft.rfft((product - np.mean(product)) * np.hanning(product.size), size))
+    spectrum[: PADDED * PADDED] = 0.0
+    height = np.log1p(spectrum / (float(np.median(spectrum)) or 1.0))
+    return np.arange(spectrum.size) / (size * evidence.sample_s), height
+
+
+def _signal(observation: Observation, evidence: Evidence, place: Place) -> Array:
+    """Return the signal at the source or at the sense, or the branch that F is on, +-1."""
+    if place == Place.F:
+        w = signals(evidence.chain, observation.trace)[evidence.chain.index(Place.F) - 1]
+        return np.sign(np.diff(w, prepend=w[:1]))
+    return (observation.trace.u if place == Place.SOURCE else observation.trace.y)[:]
