@@ -18,6 +18,7 @@ from identify.explain.suspect import Suspect, finer, is_fine, with_alike
 from identify.explain.wander import changes
 
 CLOSELY = 2  # laws that are fitted to their end in the place of noise in front of the gap
+BEYOND = 30.0  # times what chance may hide in repeats, from which a mismatch that comes back is not made by it
 ANOTHER = ("mains lines", "clock time")  # coordinates of what is another whenever the same is played again
 
 Note = Callable[[str, float], None]
@@ -70,6 +71,16 @@ def only_a_line(bench: Bench, plain: Hypothesis) -> bool:
     lines = [s for s in bench.suspects(plain) if s.correction.searched]
     left = (differ(h.fit.chain, bench.observations)[0] for h in _fitted(bench, plain, lines))
     return any(bool(np.all(rest <= chance)) for rest in left)
+
+
+def comes_back(bench: Bench, plain: Hypothesis) -> bool:
+    """Return whether a mismatch is so large, and so much alike whenever the same is played, that chance makes none.
+
+    Or next to none: what may be hidden in how repeats differ is little against it.
+    """
+    before, chance = differ(plain.fit.chain, bench.observations)
+    hidden = float(np.max(chance))
+    return hidden > 0.0 and plain.proven > BEYOND * hidden and not np.any(before > chance)
 
 
 def foretelling(bench: Bench) -> Bench:

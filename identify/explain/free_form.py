@@ -157,7 +157,7 @@ def with_corners(
 
 
 def slid_on(bench: Bench, base: Hypothesis, law: Correction, fitted: Hypothesis) -> tuple[Correction, Hypothesis]:
-    """Return a fit whose corners, or one frequency, are slid while all else follows, as often as it gets better."""
+    """Return a fit whose corners, or one knot, are slid while all else follows, as often as it gets better."""
     for _ in range(SLID):
         there = _slid(bench, base, law, fitted)
         if there is None:
@@ -174,10 +174,10 @@ def slid_on(bench: Bench, base: Hypothesis, law: Correction, fitted: Hypothesis)
 def _slid(
     bench: Bench, base: Hypothesis, law: Correction, fitted: Hypothesis
 ) -> tuple[Correction, Mapping[str, float]] | None:
-    """Return a law with its corners or its frequency where the fit asks them to be; None where it asks for nothing."""
+    """Return a law with its corners or its one knot where the fit asks them to be; None where it asks for nothing."""
     if isinstance(law, BrokenMap):
         return slid(law, fitted.fit.chain.values)
-    return retuned(bench.evidence(fitted), base.fit.chain, law) if law.searched else None
+    return retuned(bench.evidence(fitted), base.fit.chain, law) if law.searched or of_one(law) else None
 
 
 def ended(bench: Bench, fitted: list[tuple[Correction, Hypothesis]]) -> list[tuple[Correction, Hypothesis]]:

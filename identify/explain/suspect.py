@@ -37,6 +37,7 @@ MOST = 64  # knots that are fitted
 RANK = 1e-9  # eigenvalues of the weights' information below this share of the largest are not told by the data
 BESIDE, CLOSER, TUNED = 0.5, 0.4, 1e-3  # of what the longest run resolves: steps in which a frequency is moved
 AROUND = (0.2, 0.5, 1.0, 2.0, 5.0)  # times a knot: where it is sought once more
+STRETCHED = 0.3  # of a knot, by which it is moved at once
 KNOT = 3e-3  # of a lag, a threshold or a rate: how well one is sought
 
 
@@ -240,20 +241,25 @@ def tuned(evidence: Evidence, found: Suspect) -> Suspect:
 
 
 def retuned(evidence: Evidence, base: Chain, law: Correction) -> tuple[Correction, dict[str, float]] | None:
-    """Return a fitted law of one frequency at a better one, and all values there; None where noise may ask for it.
+    """Return a fitted law of one knot at a better one, and all values there; None where noise may ask for it.
 
-    ``evidence`` is of the fit with the law in ``base``: what a gap makes of a line hangs on how large the line is, so
-    that where it explains most is told from there and not from where it is absent.
+    ``evidence`` is of the fit with the law in ``base``: what a gap makes of a line hangs on how large the line is, and
+    the plain values have moved for a lag that is not the right one, so that where it explains most is told from there
+    and not from where it is absent.
     """
     evidence = evidence.seen_by(law)
-    by_hz = TUNED / evidence.longest_s
-    moved = replace(law, knots=(law.knots[0] + by_hz,))
-    column = evidence.change(moved.put_in(base, evidence.chain.values)) / by_hz
+    by = TUNED / (evidence.longest_s * law.knots[0]) if law.searched else KNOT
+    column = evidence.change(_times(law, 1.0 + by).put_in(base, evidence.chain.values)) / by
     along, energy = evidence.products(column)
-    step_hz = along / energy if energy > 0.0 else 0.0
-    if step_hz * along < 1.0:
+    step = float(np.clip(along / energy, -STRETCHED, STRETCHED)) if 0.0 < energy < np.inf else 0.0
+    if step * (2.0 * along - step * energy) < 1.0:
         return None
-    return replace(law, knots=(law.knots[0] + step_hz,)), _moved(evidence, evidence.residual - step_hz * column)
+    return _times(law, 1.0 + step), _moved(evidence, evidence.residual - step * column)
+
+
+def _times(law: Correction, factor: float) -> Correction:
+    """Return a law with its one knot, or the same on either side of zero, elsewhere."""
+    return replace(law, knots=tuple(knot * factor for knot in law.knots))
 
 
 def of_one_knot(evidence: Evidence, found: Suspect) -> Suspect:

@@ -9,7 +9,8 @@ import pytest
 from identify.chain import plain_chain, simulate
 from identify.evidence import Evidence
 from identify.explain import beside
-from identify.explain.corrections import LINES, corrections
+from identify.explain.corrections import corrections
+from identify.explain.frequencies import LINES
 from identify.explain.in_front import asked_of_v, lines_in_front
 from identify.explain.suspect import Suspect, contenders, overlooked, with_alike
 from identify.fit import fit
