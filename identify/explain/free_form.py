@@ -96,7 +96,8 @@ def passed_over(bench: Bench, base: Hypothesis, first: Begun, least: Hypothesis)
     Where the best fit, ``least``, may leave none but noise: what fits as well by a weight for every few readings, and
     of laws that one knot may do for those that promise nearly as much there, which where it is unknown they did not.
     """
-    evidence, left, most = bench.evidence(base), overlooked(first.ranked, first.worth), max(s.gain for s in first.ranked)
+    evidence, left = bench.evidence(base), overlooked(first.ranked, first.worth)
+    most = max(s.gain for s in first.ranked)
     enough = least.misfit <= base.noise_known and base.chi2 - least.chi2 >= KEPT * most
     fine = {s.correction.form for s in first.ranked if is_fine(s.correction)}
     if enough:

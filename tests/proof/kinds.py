@@ -224,6 +224,16 @@ def _warm_joint(rng: Rng, reach: Reach) -> Scaled:
     return lambda strength: {"k": 0.05 * strength * reach.high_w_v, "tau": tau, "top": reach.high_w_v}
 
 
+def _ringing(rng: Rng, reach: Reach) -> Scaled:
+    frequency = between(rng, 100.0, 600.0)
+    return lambda strength: {"size": 0.1 * reach.high_w_v * strength, "frequency": frequency}
+
+
+def _worked(rng: Rng, reach: Reach) -> Scaled:
+    tau, top = between(rng, 0.05, 1.0), reach.speed_v * reach.rig.s_l
+    return lambda strength: {"k": 0.5 * strength, "tau": tau, "top": top}
+
+
 def _rounded_slew(rng: Rng, reach: Reach) -> Scaled:
     """Return the draw of an amplifier that slews with rounded corners: the slower, the longer its lag is, too."""
     fastest, share = reach.speed_v * max(reach.rig.s_l, reach.rig.s_u), between(rng, 0.05, 0.5)
@@ -485,5 +495,8 @@ UNHEARD: tuple[Kind, ...] = (
     Kind("stale_reading", "sense", "stale_reading", _one("share", lambda r: 0.5)),
     Kind("giving_contact", "F", "giving_contact", _one("tau", lambda r: 20e-3)),
     Kind("kicking_contact", "F", "kicking_contact", _one("kick", lambda r: 0.1 * r.high_w_v)),
+    Kind("ringing_contact", "F", "ringing_contact", _ringing),
+    Kind("worked_gain", "F", "worked_gain", _worked),
+    Kind("late_converter", "sense", "late_converter", _one("late", lambda r: 2e-3)),
     Kind("later_contact", "F", "later_contact", _one("k", lambda r: 0.3 * r.rig.half_gap_v / r.speed_v)),
 )

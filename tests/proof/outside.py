@@ -57,6 +57,28 @@ def later_contact(v: Array, scene: Scene) -> Array:
     return play(lower - later, upper, 0.0, 1.0, 0.0)
 
 
+def ringing_contact(v: Array, scene: Scene) -> Array:
+    """Let w swing by ``size`` [V] about the border at every new contact, at ``frequency`` [Hz], and die away."""
+    turn = 2.0 * np.pi * scene.values["frequency"] * scene.grid.step_s
+    return np.asarray(_rung(*borders(v, scene.rig), scene.values["size"], turn))
+
+
+@njit(cache=True)
+def _rung(lower, upper, size, turn):  # type: ignore[no-untyped-def]  # compiled
+    """Return a play between two borders whose contacts ring, ``turn`` [rad] a step, a tenth of critical damping."""
+    out = np.empty(lower.size)
+    w, side, off, speed = 0.0, 0, 0.0, 0.0
+    for n in range(lower.size):
+        new = 1 if w < lower[n] else -1 if w > upper[n] else 0
+        w = min(upper[n], max(lower[n], w))
+        if new not in (0, side):
+            side, speed = new, speed + new * size
+        speed -= turn * off + 0.2 * turn * speed
+        off += turn * speed
+        out[n] = w + off
+    return out
+
+
 def wearing_gap(v: Array, scene: Scene) -> Array:
     """Let the gap widen with the clock: both crossings times 1 + rate t."""
     rig = scene.rig
@@ -315,6 +337,18 @@ def dimmed_source(drive: Array, scene: Scene) -> Array:
     return np.asarray(drive * (1.0 - scene.values["share"] * (np.mod(time_s, 0.01) < 0.003)))
 
 
+def worked_gain(w: Array, scene: Scene) -> Array:
+    """Let w shrink by k of how much it moved of late: abs(dw/dt), in units of ``top`` [V/s], behind ``tau`` [s]."""
+    moves = np.abs(np.gradient(w, scene.grid.step_s)) / scene.values["top"]
+    return np.asarray(w * (1.0 - scene.values["k"] * lag(moves, scene.values["tau"], scene)))
+
+
+def late_converter(y: Array, scene: Scene) -> Array:
+    """Read every second time ``late`` [s] after the instant: two converters in turn, of which one is late."""
+    late_s = np.where(np.arange(y.size) % 2 == 1, scene.values["late"], 0.0)
+    return np.asarray(y - late_s * np.gradient(y) * scene.grid.rate_hz)
+
+
 def scattered_gap(v: Array, scene: Scene) -> Array:
     """Let every turn of v find another gap: both crossings further out by a chance of ``sd`` [V], anew at each turn."""
     rig, way = scene.rig, np.sign(np.diff(v, prepend=0.0))
@@ -340,6 +374,9 @@ OUTSIDE: dict[str, tuple[Place, Change]] = {
     "stick_slip": ("play", stick_slip),
     "giving_contact": ("play", giving_contact),
     "kicking_contact": ("play", kicking_contact),
+    "ringing_contact": ("play", ringing_contact),
+    "worked_gain": ("w", worked_gain),
+    "late_converter": ("y", late_converter),
     "later_contact": ("play", later_contact),
     "wearing_gap": ("play", wearing_gap),
     "crossover": ("w", crossover),

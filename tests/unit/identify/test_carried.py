@@ -10,7 +10,7 @@ import pytest
 from identify.colour import Colour
 from identify.effects import catalogue
 from identify.explain.bench import Bench
-from identify.explain.beside import _fitted, foretold, only_a_line, selected_beside, selected_either
+from identify.explain.beside import _fitted, comes_back, foretold, only_a_line, selected_beside, selected_either
 from identify.explain.carried import (
     SURE,
     alike_weighed,
@@ -242,6 +242,27 @@ def test_nothing_acts_by_chance_where_a_line_is_all_that_repeats_differ_by(noise
     _found(readings, quiet, Look((), against=readings.plain.fit.chain))
     assert ["process_noise" in kinds for kinds in tried] == [noise]
     assert "hum" in tried[0]
+
+
+@pytest.mark.parametrize(("physics", "alone"), [
+    ((Concealed("crossover", {"dead": 1.0}),), True),
+    ((Concealed("crossover", {"dead": 1.0}), NOISY), False),
+    ((Concealed("crossover", {"dead": 1e-4}),), False),
+], ids=["large", "beside noise", "too little to tell"])  # fmt: skip
+def test_a_large_mismatch_that_comes_back_is_not_made_by_chance(physics, alone, monkeypatch):
+    """Of a small one chance may be a part that no repeat shows."""
+    model, tried = model_of(OP_AMP), list[set[str]]()
+    readings = read(model, runs(*physics), (), lambda data: prepared(model, data, ()), Look(()))
+    assert comes_back(readings.bench, readings.plain) is alone
+
+    def noted(bench: Bench, plain: Hypothesis, *_: object) -> tuple[Bench, Hypothesis, list[Round]]:
+        tried.append({kind.id for kind in bench.kinds})
+        return bench, plain, []
+
+    for name in ("selected_beside", "selected_either"):
+        monkeypatch.setattr(sys.modules[explain.__module__], name, noted)
+    _found(readings, quiet, Look((), against=readings.plain.fit.chain))
+    assert all(("process_noise" in kinds) is not alone for kinds in tried)
 
 
 def test_a_ripple_of_the_gap_is_held_against_noise_at_the_frequency_its_fit_asks_for():

@@ -13,7 +13,7 @@ from identify.effects import chain_of
 from identify.evidence import Evidence
 from identify.explain.bench import Bench
 from identify.explain.contact import still
-from identify.explain.free_form import LAST, Begun, begun, ended, fitted_from, raced, slid_on
+from identify.explain.free_form import LAST, Begun, begun, ended, fitted_from, passed_over, raced, slid_on
 from identify.explain.frequencies import ripple_hz
 from identify.explain.locate import BEHIND, EASILY, NEARER, Located, located, within_reach
 from identify.explain.moments import where
@@ -21,11 +21,12 @@ from identify.explain.prove import proven
 from identify.explain.rivals import left_to_explain
 from identify.explain.shape import shape_of
 from identify.explain.survey import surveyed
-from identify.explain.suspect import MOST, Suspect, contenders, overlooked, retuned, suspect
+from identify.explain.suspect import LARGE, MOST, Suspect, contenders, overlooked, retuned, suspect
 from identify.explain.wander import unrepeated
 from identify.phases import turned_sines
 from identify.stage import Place
 from identify.trace import Array, Step, Trace
+from identify.unnamed.contact import Giving
 from identify.unnamed.correction import Correction
 from identify.unnamed.hysteresis import Relays
 from identify.unnamed.linear import Bypass, Filter, OneWay
@@ -446,3 +447,30 @@ def test_a_ripple_of_the_gap_is_retuned_beside_the_values_it_leaves() -> None:
     assert fitted.misfit < 0.02
     assert tuned.knots[0] == pytest.approx(86.3, abs=0.01)
     assert retuned(there.evidence(fitted), base.fit.chain, tuned) is None
+
+
+@pytest.mark.parametrize("begins_s", [6e-4, 1.5e-3])
+def test_one_lag_is_slid_to_what_it_is_while_the_plain_values_follow(begins_s: float) -> None:
+    """They have moved to stand in for what the wrong lag leaves, and hold a search of the lag alone where it is."""
+    there = bench(Concealed("giving_contact", {"tau": 1e-3}))
+    base = there.fitted(there.plain, ())
+    law = Giving(Place.F, (begins_s,))
+    begun_there = fitted_from(there, base, suspect(there.evidence(base), law))
+    slid, fitted = slid_on(there, base, law, begun_there)
+    assert begun_there.misfit > 0.1
+    assert fitted.misfit < 0.02
+    assert slid.knots[0] == pytest.approx(1e-3, rel=0.02)
+    assert fitted.fit.chain.values["unnamed.give1"] == pytest.approx(1.0, abs=0.05)
+
+
+def test_where_a_fit_may_leave_noise_laws_that_one_knot_does_are_tried_too() -> None:
+    """Nothing else is: of 0.1 ms a contact that gives way is nearly a pole, which leaves no more than noise might."""
+    there = replace(bench(Concealed("giving_contact", {"tau": 2e-4})), noise_known=1.0)
+    base = there.fitted(there.plain, ())
+    first = begun(there, base)
+    least = min((h for _, h in first.fitted), key=lambda h: h.chi2)
+    only = replace(first, worth=[s for s in first.ranked if s.correction.form == Filter.form])
+    tried = passed_over(there, base, only, least)
+    assert max(s.gain for s in first.ranked) > LARGE
+    assert Giving.form in {s.correction.form for s in tried}
+    assert all(s.correction.single for s in tried)

@@ -9,7 +9,7 @@ from identify.explain.bench import Bench
 from identify.explain.corrections import APART, RESTS, dwelt_levels, speeds, with_zero
 from identify.explain.suspect import MOST, Suspect, columns_of, contenders, explainable, finer, overlooked, suspect
 from identify.stage import Place
-from identify.unnamed.contact import Sticking
+from identify.unnamed.contact import Giving, Sticking
 from identify.unnamed.correction import Correction
 from identify.unnamed.hysteresis import Relays
 from identify.unnamed.maps import LevelMap, Trailing
@@ -111,6 +111,15 @@ def test_one_threshold_is_sought_between_those_that_are_fixed(
     several = suspect(there, law)
     kept = finer(there, several, 1.0)
     assert kept.correction.knots == pytest.approx((threshold_v,), rel=0.05)
+    assert kept.gain > several.gain
+
+
+def test_one_lag_is_sought_beyond_those_that_are_fixed() -> None:
+    """A contact that follows within two samples was taken for a pole: the fixed lags begin at six of them."""
+    there = evidence(*FIG13_LEVELS_V, physics=(Concealed("giving_contact", {"tau": 3e-4}),))
+    several = suspect(there, Giving(Place.F, (7e-4, 5e-3, 0.03)))
+    kept = finer(there, several, 1.0)
+    assert kept.correction.knots == pytest.approx((3e-4,), rel=0.3)
     assert kept.gain > several.gain
 
 
