@@ -32,7 +32,7 @@ from identify.explain.of_readings import location
 from identify.explain.phrases import called, described, listed, stretch_told
 from identify.explain.prove import Proof, foretells, proven
 from identify.explain.readings import Readings
-from identify.explain.rivals import odds
+from identify.explain.rivals import odds, ordinary
 from identify.explain.round import Round
 from identify.explain.shape import shape_of
 from identify.explain.survey import StageShare
@@ -195,7 +195,7 @@ class Answer:
 
     def _company(self, effect: Effect) -> dict[str, float]:
         """Return how likely every stage is to have what is in no catalogue, where that does as an effect does."""
-        if not effect.ordinary(self.better.fit.chain):
+        if not ordinary(self.bench, self.better, effect):
             return {}
         without = self.bench.without(self.better, effect)
         return {place.label: p for place, p in located(self.bench, without).places.items()}
@@ -295,7 +295,7 @@ class Answer:
         found += [
             f"{effect.id} at {effect.place.label} has values with which much that is in no catalogue does the same: it "
             "may be that as well"
-            for effect in self.better.effects if effect.ordinary(self.better.fit.chain)
+            for effect in self.better.effects if ordinary(self.bench, self.better, effect)
         ]  # fmt: skip
         found += self._within_doubt()
         if not self.plain.fit.converged:

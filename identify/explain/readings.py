@@ -24,7 +24,7 @@ from identify.readings.grid import adc_steps
 from identify.readings.mend import Mended, answer, mended
 from identify.readings.missing_samples import MissingSamples
 from identify.readings.noise_left import noise_left
-from identify.readings.range_end import RangeEnd, range_ends
+from identify.readings.received import received
 from identify.readings.spectra import spectra
 from identify.readings.uneven_noise import Uneven
 from identify.trace import Trace
@@ -86,15 +86,15 @@ def read(
     """
     raw = split(model, traces, hold_out)
     bench, before = prepared(raw)
-    recorded, ends = _within(traces, hold_out, raw.noise.rms_v, look.leave_out)
+    recorded, alone = received(traces, hold_out, raw.noise.rms_v, look.leave_out)
 
     def undone(seen: Mended) -> Readings:
-        data = split(model, seen.training, seen.proof) if seen.found or ends else raw
+        data = split(model, seen.training, seen.proof) if seen.found or alone else raw
         data, noise = _whitened(data, seen, settling_s(model), look)
         mine, plain = (bench, before) if data is raw else prepared(data)
-        told = {blemish.id for blemish in ends}  # what the readings alone tell is not fitted once more
+        told = {blemish.id for blemish in alone}  # what the readings alone tell is not fitted once more
         again = replace(mine, kinds=tuple(kind for kind in mine.kinds if kind.id not in told)), plain
-        found = (*ends, *seen.found, *noise)
+        found = (*alone, *seen.found, *noise)
         return Readings(recorded.training, recorded.proof, raw, before, data, *again, found, settling_s(model))
 
     if look.against is not None:
@@ -117,16 +117,6 @@ def _waits(found: Readings) -> bool:
     """Return whether much of what is left beyond the noise without blemishes, which repeats may have, is physics."""
     all_v2 = (1.0 + found.before.misfit) * found.raw.noise.rms_v**2 - found.data.noise.rms_v**2
     return found.excess_v2 > WORTH * all_v2
-
-
-def _within(
-    traces: Sequence[Trace], hold_out: Sequence[Trace], noise_v: float, leave_out: Sequence[str]
-) -> tuple[Mended, tuple[RangeEnd, ...]]:
-    """Return the recordings as far as the range of the ADC shows them, and its ends: readings alone tell of these."""
-    if RangeEnd.id in leave_out:
-        return Mended(tuple(traces), tuple(hold_out), ()), ()
-    seen, ends = range_ends([*traces, *hold_out], noise_v)
-    return Mended(seen[: len(traces)], seen[len(traces) :], ()), ends
 
 
 def _fitted(model: Model, prepared: Prepared, seen: Mended) -> Chain:
@@ -237,7 +227,7 @@ def reread(
     found = (*seen.found, *([seen.noise.blemish] if seen.noise else []))
     if settled and _lost(readings.found) and not _lost(found) and not noise:
         found = (*found, *_lost(mended(*recorded, rough=True).found))
-    found = (*(b for b in readings.found if b.id == RangeEnd.id), *found, *noise)
+    found = (*(b for b in readings.found if b.alone), *found, *noise)
     if "adc_quantisation" not in (*(effect.id for effect in explained), *leave_out):
         found = (*found, *adc_steps([*readings.traces, *readings.hold_out], readings.data.noise.rms_v))
     return replace(readings, found=found)

@@ -26,6 +26,7 @@ MOST = 3  # names in all
 WEIGHED = 8  # rivals that are fitted beside the other effects found
 UNHEARD = 0.1  # share of what goes wrong in circuits that no catalogue lists: an assumption
 OTHERWISE = 0.05  # how often the right law leaves something that shows: values in a rig file, a second small effect
+LATE = 2.5  # samples, and a bit more for what the fit makes of them
 UNSEEN = 9.0  # of chi-squared: what may be left of a mismatch without anybody seeing it
 
 
@@ -43,10 +44,23 @@ def odds(
         weights |= dict.fromkeys(_equals(final, effect), 1.0)
     weights.pop(own, None)
     total = 1.0 + sum(weights.values()) + unheard(beyond, told) + _nothing(bench, final, effect, told)
-    total += 1.0 if effect.ordinary(final.fit.chain) else 0.0
+    total += 1.0 if ordinary(bench, final, effect) else 0.0
     likely = _of_every_name(own, sorted(weights.items(), key=lambda item: -item[1]))
     named = [Alternative(i, place.label, w / total) for (i, place), w in likely if w / total > MENTIONED]
     return 1.0 / total, tuple(named)
+
+
+def ordinary(bench: Bench, final: Hypothesis, effect: Effect) -> bool:
+    """Return whether much that no catalogue lists does as an effect of a hypothesis does.
+
+    Where readings scatter unlike each other, so do those that come at uneven moments, as what lasts two samples or less
+    does: they are late on average.
+    """
+    if effect.ordinary(final.fit.chain):
+        return True
+    late_s = sum(final.fit.chain.values[p.name] for p in effect.parameters() if p.unit == "s")
+    uneven = any(o.colour.sizes is not None for o in bench.observations)
+    return uneven and 0.0 < late_s < LATE / bench.observations[0].trace.rate_hz
 
 
 def _equals(final: Hypothesis, effect: Effect) -> list[Kind]:

@@ -34,3 +34,4 @@ class Blemish(ABC):
     places: ClassVar[tuple[Place, ...]] = (Place.SENSE,)
     declared: ClassVar[tuple[Parameter, ...]]
     confused_with: ClassVar[tuple[Confusion, ...]] = ()
+    alone: ClassVar[bool] = False  # whether the readings alone tell of it, whatever the model

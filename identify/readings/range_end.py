@@ -46,6 +46,7 @@ class RangeEnd(Blemish):
     fingerprint = AdcClipping.fingerprint
     declared: ClassVar = AdcClipping.declared
     confused_with: ClassVar = AdcClipping.confused_with
+    alone = True
 
 
 @dataclass(frozen=True)

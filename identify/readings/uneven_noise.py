@@ -20,7 +20,7 @@ from identify.noise import good, grid_step_v
 from identify.readings.blemish import Blemish
 from identify.readings.outliers import TO_SD, Samples
 from identify.stage import Parameter
-from identify.trace import Array, Mask, Trace
+from identify.trace import Array, Trace
 from identify.unnamed.correction import UNNAMED
 
 WITHIN = 17  # readings whose mean is the level
@@ -35,9 +35,10 @@ FAR_OUT = 4.0  # sd
 APART = 20  # values in a row, of which the first and the last share readings with others
 CONVINCING = 1e-6  # probability of as much by chance
 CONFIRMING = 10.0  # twice the gain of the log-likelihood on readings kept back
-MATERIAL = 0.005  # of that an independent value: sd that differ by a twentieth; less moves no odds
+MATERIAL = 0.003  # of that an independent value: sd that differ by a twenty-fifth; less moves no odds
 COARSE = 0.5  # of the noise: wider steps of the ADC make scatter of their own
 WHITE, ABOUT = -2.0 / 3.0, 0.1  # correlation of neighbouring second differences of white noise, and how near is near
+THROUGH, DOUBT = -0.5, 3.0  # the same of what has come through a lag, and by how many standard errors it is excluded
 Left = tuple[Trace, Array]  # a recording and what a model leaves of its readings, V, shape (N,)
 
 
@@ -208,7 +209,7 @@ def uneven_noise(training: Sequence[Left], proof: Sequence[Left]) -> Uneven | No
     here = told.at(seen)
     p_value = min(len(KINDS) * float(chi2.sf(told.gain, max(told.sd_v.size - 1, 1))), 1.0)
     enough = p_value < CONVINCING and told.gain > MATERIAL * SHARE * here.size
-    if not enough or not _is_new(seen, here > np.mean(here)):
+    if not enough or not _is_new(seen, here):
         return None
     if kept.values.size >= LEAST and _gain(kept, told.at(kept)) < CONFIRMING:
         return None
@@ -285,8 +286,16 @@ def _gain(seen: _Scatter, sd_v: Array) -> float:
     return SHARE * float(np.sum(costs[0] - costs[1]))
 
 
-def _is_new(seen: _Scatter, larger: Mask) -> bool:
-    """Return whether what makes noise larger is new in every reading: what has come through G2 hangs together."""
-    square, product = np.square(seen.values), seen.values * seen.before
+def _is_new(seen: _Scatter, sd_v: Array) -> bool:
+    """Return whether what makes noise larger is new in every reading: what has come through G2 hangs together.
+
+    Readings that are an earlier one once more do a little, too. ``sd_v`` is the sd of every value.
+    """
+    square, product, larger = np.square(seen.values), seen.values * seen.before, sd_v > np.mean(sd_v)
     beyond, common = (float(np.mean(each[larger]) - np.mean(each[~larger])) for each in (square, product))
-    return beyond > 0.0 and abs(common / beyond - WHITE) < ABOUT
+    if beyond <= 0.0 or common / beyond < WHITE - ABOUT:
+        return False
+    apart = product - THROUGH * square  # on average as where noise is least, where the rest has come through a lag
+    more = (apart[larger] - np.mean(apart[~larger])) / np.square(sd_v[larger])
+    doubt = float(np.std(more)) / np.sqrt(SHARE * more.size)
+    return common / beyond < WHITE + ABOUT or float(np.mean(more)) < -DOUBT * doubt

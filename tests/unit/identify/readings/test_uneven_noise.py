@@ -99,6 +99,18 @@ def test_what_comes_through_g2_is_no_noise_of_the_reading():
     assert told(smooth) is None
 
 
+@pytest.mark.parametrize(("hangs", "told_of"), [(0.5, True), (0.86, False)])
+def test_readings_that_are_late_by_chance_hang_together_less_than_what_g2_lets_pass(hangs, told_of):
+    """Where one that is late makes the next one later; a lag of 240 Hz lets noise pass that hangs together by 0.86."""
+    rng, traces = np.random.default_rng(7), []
+    for t in QUIET:
+        alike = lfilter([np.sqrt(1.0 - hangs**2)], [1.0, -hangs], rng.normal(size=t.size))
+        traces.append(replace(t, y=t.y + NOISE_V * (rng.normal(size=t.size) + 3.0 * (by_rate(t) - 1.0) * alike)))
+    noise = told(traces)
+    assert (noise is not None) is told_of
+    assert noise is None or isinstance(noise.blemish, OverRate)
+
+
 def test_what_is_not_so_in_readings_kept_back_is_not_told():
     fitted, kept = scattered(by_level), scattered(even)
     assert told([*fitted[:2], kept[2]]) is None
