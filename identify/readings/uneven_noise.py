@@ -28,8 +28,7 @@ WITHIN = 17  # readings whose mean is the level
 # much faster, or stand much higher, than most. LEAST values make a stretch.
 SHARES = np.sort([*np.linspace(0.0, 1.0, 33), *(2.0 ** -np.arange(6, 10)), *(1.0 - 2.0 ** -np.arange(6, 10))])
 LEAST, LASTING, FEW = 300, 1000, 8  # values; those in a row that make a stretch of the clock; stretches at least
-# Of second differences, which share readings, so many independent values would tell as much: by the squares of their
-# correlations.
+# Of second differences, which share readings, so many independent values would tell as much: squares of correlations.
 SHARE = 1.0 / (1.0 + 2.0 * ((2.0 / 3.0) ** 2 + (1.0 / 6.0) ** 2))
 FAR_OUT = 4.0  # sd
 APART = 20  # values in a row, of which the first and the last share readings with others
@@ -38,7 +37,7 @@ CONFIRMING = 10.0  # twice the gain of the log-likelihood on readings kept back
 MATERIAL = 0.003  # of that an independent value: sd that differ by a twenty-fifth; less moves no odds
 COARSE = 0.5  # of the noise: wider steps of the ADC make scatter of their own
 WHITE, ABOUT = -2.0 / 3.0, 0.1  # correlation of neighbouring second differences of white noise, and how near is near
-THROUGH, DOUBT = -0.5, 3.0  # the same of what has come through a lag, and by how many standard errors it is excluded
+THROUGH, DOUBT = -0.5, 3.0  # of what has come through a lag, and by how many standard errors that is excluded
 Left = tuple[Trace, Array]  # a recording and what a model leaves of its readings, V, shape (N,)
 
 
@@ -287,9 +286,9 @@ def _gain(seen: _Scatter, sd_v: Array) -> float:
 
 
 def _is_new(seen: _Scatter, sd_v: Array) -> bool:
-    """Return whether what makes noise larger is new in every reading: what has come through G2 hangs together.
+    """Return whether what makes noise, of ``sd_v`` in every value, larger is new in every reading, or nearly so.
 
-    Readings that are an earlier one once more do a little, too. ``sd_v`` is the sd of every value.
+    What has come through G2 hangs together; readings that are an earlier one once more do a little, too.
     """
     square, product, larger = np.square(seen.values), seen.values * seen.before, sd_v > np.mean(sd_v)
     beyond, common = (float(np.mean(each[larger]) - np.mean(each[~larger])) for each in (square, product))
@@ -297,5 +296,5 @@ def _is_new(seen: _Scatter, sd_v: Array) -> bool:
         return False
     apart = product - THROUGH * square  # on average as where noise is least, where the rest has come through a lag
     more = (apart[larger] - np.mean(apart[~larger])) / np.square(sd_v[larger])
-    doubt = float(np.std(more)) / np.sqrt(SHARE * more.size)
-    return common / beyond < WHITE + ABOUT or float(np.mean(more)) < -DOUBT * doubt
+    excluded = float(np.mean(more)) < -DOUBT * float(np.std(more)) / np.sqrt(SHARE * more.size)
+    return bool(excluded) or common / beyond < WHITE + ABOUT

@@ -8,13 +8,14 @@ import pytest
 from scipy.stats import norm
 
 from identify.chain import plain_chain, simulate
+from identify.colour import Colour, Sizes
 from identify.effects import catalogue, chain_of
 from identify.explain import explain
 from identify.explain.bench import Bench
 from identify.explain.confirm import improvement, unconfirmed
 from identify.explain.hypothesis import FALSE_DISCOVERIES, Hypothesis, is_discovery
 from identify.explain.locate import Located
-from identify.explain.rivals import UNHEARD, _of_every_name, odds, unheard
+from identify.explain.rivals import UNHEARD, _of_every_name, odds, ordinary, unheard
 from identify.explain.round import Round
 from identify.fit import fit
 from identify.levels import merit
@@ -121,6 +122,18 @@ def test_a_capacitor_that_makes_no_slow_lag_of_its_block_may_be_much_else(tau, m
     law = catalogue()["capacitor_nonlinearity"](Place.G1, "straight")
     chain = law.put_in(chain_of(model_of(OP_AMP)), {"k1": 0.02, "tau": tau})
     assert law.ordinary(chain) is much
+
+
+@pytest.mark.parametrize(("tau", "uneven", "much"), [(2e-4, True, True), (2e-3, True, False), (2e-4, False, False)])
+def test_beside_readings_that_scatter_unlike_each_other_two_samples_may_be_their_moments(tau, uneven, much):
+    """Readings that are an earlier one once more were a pole of a sample, with 0.7."""
+    trace = recorded(RC, sine("sine", 31.25, 8.0, 2, 1), (), NOISE_V)
+    sizes = Sizes(np.linspace(0.5, 1.5, trace.size)) if uneven else None
+    seen = replace(observed(trace, NOISE_V), colour=Colour(sizes=sizes))
+    bench, law = Bench(chain_of(model_of(RC)), (seen,), (), ()), catalogue()["extra_pole"](Place.G2)
+    found = bench.fitted(law.put_in(bench.plain, {"tau": tau}), (law,), 0)
+    assert trace.rate_hz == 1e4
+    assert ordinary(bench, found, law) is much
 
 
 def test_who_reads_of_a_law_with_much_company_is_told_so_and_where_else_that_may_be(monkeypatch):
