@@ -225,13 +225,9 @@ def test_what_shakes_the_borders_and_ratchets_nothing_is_no_noise_in_front_of_th
     assert [len(kinds) for kinds in asked[1:]] == ([len(asked[0]) - 1] if scattered else [])
 
 
-@pytest.mark.parametrize("noise", [False, True])
-def test_nothing_acts_by_chance_where_a_line_is_all_that_repeats_differ_by(noise, monkeypatch):
-    line = Concealed("source_line", {"amplitude": 0.1, "frequency": 333.7})
-    model, tried = model_of(OP_AMP), list[set[str]]()
-    there = runs(line, *([NOISY] if noise else []))
-    readings = read(model, there, (), lambda data: prepared(model, data, ()), Look(()))
-    assert only_a_line(readings.bench, readings.plain) is not noise
+def kinds_tried(readings, monkeypatch):
+    """Return the ids of the effects with which what is missing is selected, every time it is."""
+    tried = list[set[str]]()
 
     def noted(bench: Bench, plain: Hypothesis, *_: object) -> tuple[Bench, Hypothesis, list[Round]]:
         tried.append({kind.id for kind in bench.kinds})
@@ -240,6 +236,17 @@ def test_nothing_acts_by_chance_where_a_line_is_all_that_repeats_differ_by(noise
     for name in ("selected_beside", "selected_either"):
         monkeypatch.setattr(sys.modules[explain.__module__], name, noted)
     _found(readings, quiet, Look((), against=readings.plain.fit.chain))
+    return tried
+
+
+@pytest.mark.parametrize("noise", [False, True])
+def test_nothing_acts_by_chance_where_a_line_is_all_that_repeats_differ_by(noise, monkeypatch):
+    line = Concealed("source_line", {"amplitude": 0.1, "frequency": 333.7})
+    model = model_of(OP_AMP)
+    there = runs(line, *([NOISY] if noise else []))
+    readings = read(model, there, (), lambda data: prepared(model, data, ()), Look(()))
+    assert only_a_line(readings.bench, readings.plain) is not noise
+    tried = kinds_tried(readings, monkeypatch)
     assert ["process_noise" in kinds for kinds in tried] == [noise]
     assert "hum" in tried[0]
 
@@ -251,17 +258,11 @@ def test_nothing_acts_by_chance_where_a_line_is_all_that_repeats_differ_by(noise
 ], ids=["large", "beside noise", "too little to tell"])  # fmt: skip
 def test_a_large_mismatch_that_comes_back_is_not_made_by_chance(physics, alone, monkeypatch):
     """Of a small one chance may be a part that no repeat shows."""
-    model, tried = model_of(OP_AMP), list[set[str]]()
+    model = model_of(OP_AMP)
     readings = read(model, runs(*physics), (), lambda data: prepared(model, data, ()), Look(()))
     assert comes_back(readings.bench, readings.plain) is alone
-
-    def noted(bench: Bench, plain: Hypothesis, *_: object) -> tuple[Bench, Hypothesis, list[Round]]:
-        tried.append({kind.id for kind in bench.kinds})
-        return bench, plain, []
-
-    for name in ("selected_beside", "selected_either"):
-        monkeypatch.setattr(sys.modules[explain.__module__], name, noted)
-    _found(readings, quiet, Look((), against=readings.plain.fit.chain))
+    tried = kinds_tried(readings, monkeypatch)
+    assert tried
     assert all(("process_noise" in kinds) is not alone for kinds in tried)
 
 
