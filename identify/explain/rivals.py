@@ -56,11 +56,11 @@ def ordinary(bench: Bench, final: Hypothesis, effect: Effect) -> bool:
     Where readings scatter unlike each other, so do those that come at uneven moments, as what lasts two samples or less
     does: they are late on average.
     """
-    if effect.ordinary(final.fit.chain):
-        return True
+    much = effect.ordinary(final.fit.chain)
+    if much or all(o.colour.sizes is None for o in bench.observations):
+        return much
     late_s = sum(final.fit.chain.values[p.name] for p in effect.parameters() if p.unit == "s")
-    uneven = any(o.colour.sizes is not None for o in bench.observations)
-    return uneven and 0.0 < late_s < LATE / bench.observations[0].trace.rate_hz
+    return 0.0 < late_s < LATE / bench.observations[0].trace.rate_hz
 
 
 def _equals(final: Hypothesis, effect: Effect) -> list[Kind]:
