@@ -26,7 +26,7 @@ MOST = 3  # names in all
 WEIGHED = 8  # rivals that are fitted beside the other effects found
 UNHEARD = 0.1  # share of what goes wrong in circuits that no catalogue lists: an assumption
 OTHERWISE = 0.05  # how often the right law leaves something that shows: values in a rig file, a second small effect
-LATE = 2.5  # samples, and a bit more for what the fit makes of them
+LATE = 2.5  # samples: what lasts less may be the moments at which readings are taken
 UNSEEN = 9.0  # of chi-squared: what may be left of a mismatch without anybody seeing it
 
 
