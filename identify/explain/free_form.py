@@ -80,7 +80,7 @@ def gone_on(
     """Return the corrections that are worth a fit, and their fits; of lines those that are there in all runs alike."""
     worth, fitted = first.worth, [slid_on(bench, base, correction, h) for correction, h in first.fitted]
     least = min((h for _, h in fitted), key=lambda h: h.chi2)
-    if left := passed_over(bench, base, first, least):
+    if left := untried(bench, base, first, least):
         others = raced(bench, base, left)
         worth, fitted = [*worth, *(s for s, _ in others)], [*fitted, *((s.correction, h) for s, h in others)]
     reach = max(MOVABLE * min(h.chi2 for _, h in fitted), (1.0 + base.noise_known) * base.count)
@@ -90,7 +90,7 @@ def gone_on(
     return (list(compress(worth, kept)), list(compress(fitted, kept))) if any(kept) else (worth, fitted)
 
 
-def passed_over(bench: Bench, base: Hypothesis, first: Begun, least: Hypothesis) -> list[Suspect]:
+def untried(bench: Bench, base: Hypothesis, first: Begun, least: Hypothesis) -> list[Suspect]:
     """Return what was not fitted and may be the law all the same, with the knots the data ask for.
 
     Where the best fit, ``least``, may leave none but noise: what fits as well by a weight for every few readings, and
@@ -98,12 +98,12 @@ def passed_over(bench: Bench, base: Hypothesis, first: Begun, least: Hypothesis)
     """
     evidence, left = bench.evidence(base), overlooked(first.ranked, first.worth)
     most = max(s.gain for s in first.ranked)
-    enough = least.misfit <= base.noise_known and base.chi2 - least.chi2 >= KEPT * most
     fine = {s.correction.form for s in first.ranked if is_fine(s.correction)}
+    enough = least.misfit <= base.noise_known and base.chi2 - least.chi2 >= KEPT * most
     if enough:
         left = [s for s in left if s.correction.form in fine or s.correction.single]
     sharp = [s if s.correction.searched else finer(evidence, s, first.noise) for s in left]
-    return [s for s in sharp if not enough or s.correction.form in fine or s.gain > NEARLY * most]
+    return [s for s in sharp if s.correction.form in fine or s.gain > NEARLY * most] if enough else sharp
 
 
 def raced(bench: Bench, base: Hypothesis, others: Sequence[Suspect]) -> list[tuple[Suspect, Hypothesis]]:

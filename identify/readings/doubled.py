@@ -16,7 +16,7 @@ from identify.noise import good, grid_step_v
 from identify.readings.blemish import Blemish
 from identify.readings.mend import without
 from identify.stage import Parameter
-from identify.trace import Mask, Trace
+from identify.trace import Array, Mask, Trace
 from identify.unnamed.correction import UNNAMED
 
 COARSE = 0.5  # of the noise: wider steps of the ADC make readings the same by themselves
@@ -63,13 +63,13 @@ def doubled(traces: Sequence[Trace], noise_v: float) -> tuple[tuple[Trace, ...],
     if not LEAST * count < same < MOST * count or p_value > CONVINCING or brought_on:
         return tuple(traces), ()
     ends = binomtest(same, count).proportion_ci()
-    share = Interval(*(max(part / count, 0.0) - chance for part in (same, ends.low * count, ends.high * count)))
+    share = Interval(*(max(each - chance, 0.0) for each in (same / count, float(ends.low), float(ends.high))))
     told = DoubledReadings({"share": share}, p_value, f"{same} of {count} readings")
     late = (np.flatnonzero(each) + 1 for each in again)
     return tuple(without(trace, at) for trace, at in zip(traces, late, strict=True)), (told,)
 
 
-def _one_apart(moves: np.ndarray, step_v: float) -> Mask:
+def _one_apart(moves: Array, step_v: float) -> Mask:
     """Return which moves are by one step of the ADC."""
     return np.asarray((np.abs(moves) > 0.5 * step_v) & (np.abs(moves) <= 1.5 * step_v))
 

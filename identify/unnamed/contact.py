@@ -11,7 +11,7 @@ from identify.blocks import run_play
 from identify.stage import Block, Grid, Place, Run, Values
 from identify.trace import Array
 from identify.unnamed.correction import PlayCorrection
-from identify.unnamed.maps import LEVELS
+from identify.unnamed.maps import RATES
 
 
 @dataclass(frozen=True)
@@ -50,11 +50,6 @@ class Sticking(Contact):
     knot_unit = "V"
     weights = (("stick", "V/V"),)
 
-    @property
-    def axis(self) -> str:
-        """Return the coordinate."""
-        return "branch"
-
     def of(self, knot: float, borders: Values, grid: Grid) -> Run:
         """Return the operator that breaks loose ``knot`` V past a border."""
         s_l, d_l, s_u, d_u = borders
@@ -86,21 +81,26 @@ class Giving(Contact):
     @property
     def axis(self) -> str:
         """Return the coordinate."""
-        return LEVELS[Place.F].replace("level", "rate")
+        return RATES[Place.F]
 
     def of(self, knot: float, borders: Values, grid: Grid) -> Run:
         """Return the operator whose contact lags by ``knot`` s."""
-        s_l, d_l, s_u, d_u = borders
         state: tuple[float, float, float] | None = None
 
         def run(block: Block) -> Array:
             nonlocal state
-            lower, upper = s_l * (block.signal - d_l), s_u * (block.signal - d_u)
+            lower, upper = _followed(borders, block.signal)
             start = (float(lower[0]), float(upper[0]), 0.0) if state is None else state
             state = contact_kernels.giving_play(lower, upper, grid.step_s / knot, start, lower)
             return np.asarray(lower)
 
         return run
+
+
+def _followed(borders: Values, v: Array) -> tuple[Array, Array]:
+    """Return the levels of w on the borders S_L, D_L and S_U, D_U, V, shape (N,) each."""
+    s_l, d_l, s_u, d_u = borders
+    return s_l * (v - d_l), s_u * (v - d_u)
 
 
 @dataclass(frozen=True)
@@ -116,20 +116,14 @@ class Kicking(PlayCorrection):
     knot_unit = "V"
     weights = (("L", "V"), ("U", "V"))
 
-    @property
-    def axis(self) -> str:
-        """Return the coordinate."""
-        return "branch"
-
     def played(self, borders: Values, values: Values, grid: Grid) -> Run:
         """Return the operator whose contacts kick."""
-        s_l, d_l, s_u, d_u = borders
         at, kicks = np.array(self.knots), np.array(self.split(values))
         state = 0.0, -1
 
         def run(block: Block) -> Array:
             nonlocal state
-            lower, upper = s_l * (block.signal - d_l), s_u * (block.signal - d_u)
+            lower, upper = _followed(borders, block.signal)
             state = contact_kernels.kicking_play(lower, upper, at, kicks, state, lower)
             return np.asarray(lower)
 
@@ -147,20 +141,14 @@ class AfterContact(PlayCorrection):
     knot_unit = "s"
     weights: ClassVar[tuple[tuple[str, str], ...]] = (("after", "V"),)
 
-    @property
-    def axis(self) -> str:
-        """Return the coordinate."""
-        return "branch"
-
     def played(self, borders: Values, values: Values, grid: Grid) -> Run:
         """Return the operator with what goes on after contact."""
-        s_l, d_l, s_u, d_u = borders
         after = self.split(values)
         state = 0.0, -1, 0.0
 
         def run(block: Block) -> Array:
             nonlocal state
-            lower, upper, since = s_l * (block.signal - d_l), s_u * (block.signal - d_u), np.empty_like(block.signal)
+            (lower, upper), since = _followed(borders, block.signal), np.empty_like(block.signal)
             state = contact_kernels.timed_play(lower, upper, state, since, lower)
             ago_s = (np.abs(since) - 1.0) * grid.step_s
             for sign, each in ((1.0, after[0]), (-1.0, after[-1])):

@@ -101,6 +101,11 @@ class PlayCorrection(Correction):
 
     places = (Place.F,)
 
+    @property
+    def axis(self) -> str:
+        """Return the coordinate: the branch, for what goes with nothing else."""
+        return "branch"
+
     def applicable(self, chain: Chain) -> bool:
         """Return whether F is the plain play operator."""
         return type(chain.stage_of(Play)) is Play

@@ -11,7 +11,7 @@ from identify.discretise import stepper
 from identify.stage import Block, Grid, Place, Run, Values
 from identify.trace import Array
 from identify.unnamed.correction import Correction
-from identify.unnamed.maps import LEVELS
+from identify.unnamed.maps import RATES
 
 Ratio = tuple[tuple[float, ...], tuple[float, ...]]
 DAMPING = 0.3  # of the resonances in a free-form filter
@@ -105,7 +105,7 @@ class OneWay(Correction):
     @property
     def axis(self) -> str:
         """Return the coordinate."""
-        return LEVELS[self.place].replace("level", "rate")
+        return RATES[self.place]
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal plus the weighted high-passes of what rises and what falls of it."""

@@ -16,6 +16,7 @@ LEVELS = {
     Place.SOURCE: "level of u", Place.G1: "level of v", Place.F: "level of w", Place.G2: "level of x",
     Place.SENSE: "level of y",
 }  # fmt: skip
+RATES = {place: level.replace("level", "rate") for place, level in LEVELS.items()}
 
 
 def spline(knots: tuple[float, ...], values: Array) -> Array:
@@ -150,7 +151,7 @@ class OverRate(Correction):
     @property
     def axis(self) -> str:
         """Return the rate of the signal at the place."""
-        return LEVELS[self.place].replace("level", "rate")
+        return RATES[self.place]
 
     @property
     def same_at(self) -> tuple[Place, ...]:

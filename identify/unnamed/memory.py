@@ -28,11 +28,6 @@ class BorderMap(PlayCorrection):
     least = 4
     even = True
 
-    @property
-    def axis(self) -> str:
-        """Return the coordinate."""
-        return "branch"
-
     def played(self, borders: Values, values: Values, grid: Grid) -> Run:
         """Return the operator between the bent borders."""
         s_l, d_l, s_u, d_u = borders

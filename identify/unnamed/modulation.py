@@ -11,7 +11,7 @@ from identify.discretise import stepper
 from identify.stage import Block, Grid, Place, Run, Values
 from identify.trace import Array
 from identify.unnamed.correction import PlayCorrection
-from identify.unnamed.maps import LEVELS, OverLevel, rate_of
+from identify.unnamed.maps import LEVELS, RATES, OverLevel, rate_of
 from identify.unnamed.memory import widened_play
 
 
@@ -81,7 +81,7 @@ class Moved(Warming):
     @property
     def axis(self) -> str:
         """Return the coordinate."""
-        return super().axis.replace("level", "rate")
+        return RATES[self.place]
 
     def load(self, grid: Grid) -> Run:
         """Return how fast the signal moves either way, V/s."""

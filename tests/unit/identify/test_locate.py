@@ -13,7 +13,7 @@ from identify.effects import chain_of
 from identify.evidence import Evidence
 from identify.explain.bench import Bench
 from identify.explain.contact import still
-from identify.explain.free_form import LAST, Begun, begun, ended, fitted_from, passed_over, raced, slid_on
+from identify.explain.free_form import LAST, Begun, begun, ended, fitted_from, raced, slid_on, untried
 from identify.explain.frequencies import ripple_hz
 from identify.explain.locate import BEHIND, EASILY, NEARER, Located, located, within_reach
 from identify.explain.moments import where
@@ -470,7 +470,7 @@ def test_where_a_fit_may_leave_noise_laws_that_one_knot_does_are_tried_too() -> 
     first = begun(there, base)
     least = min((h for _, h in first.fitted), key=lambda h: h.chi2)
     only = replace(first, worth=[s for s in first.ranked if s.correction.form == Filter.form])
-    tried = passed_over(there, base, only, least)
+    tried = untried(there, base, only, least)
     assert max(s.gain for s in first.ranked) > LARGE
     assert Giving.form in {s.correction.form for s in tried}
     assert all(s.correction.single for s in tried)

@@ -19,7 +19,7 @@ PLAYED = staircase("walk", FIG13_LEVELS_V, 0.05, 2), sine("wave", 10.0, 3.4, 10,
 CLEAN = [noisy(recorded(OP_AMP, s, start_s=4.0 * i), NOISE_V, i) for i, s in enumerate(PLAYED)]
 
 
-def again(trace, share, seed=5):
+def again(trace, share, seed):
     """Return a recording in which a share of the readings, by chance, is the one before once more; and which."""
     late = np.random.default_rng(seed).uniform(size=trace.size) < share
     late[0] = False
@@ -63,7 +63,7 @@ def test_what_rests_without_noise_is_no_reading_once_more():
 
 
 def test_they_are_told_once_and_what_is_left_is_noise():
-    """Half of them: it was a pole of a sample, with 0.7, beside a noise twice as large as it is."""
+    """Half of them: the others are as good as ever."""
     late = [again(trace, 0.5, seed)[0] for seed, trace in enumerate(CLEAN)]
     told = explain(model_of(OP_AMP), late)
     assert told.verdict == "unexplained"
