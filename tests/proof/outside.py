@@ -58,13 +58,16 @@ def later_contact(v: Array, scene: Scene) -> Array:
 
 
 def ringing_contact(v: Array, scene: Scene) -> Array:
-    """Let w swing by ``size`` [V] about the border at every new contact, at ``frequency`` [Hz], and die away."""
-    turn = 2.0 * np.pi * scene.values["frequency"] * scene.grid.step_s
-    return np.asarray(_rung(*borders(v, scene.rig), scene.values["size"], turn))
+    """Let w swing by ``size`` [V] about the border at every new contact, at ``frequency`` [Hz], and die away.
+
+    On the falling border ``falling`` times as far, as far where that is not given.
+    """
+    turn, size = 2.0 * np.pi * scene.values["frequency"] * scene.grid.step_s, scene.values["size"]
+    return np.asarray(_rung(*borders(v, scene.rig), size, scene.values.get("falling", 1.0) * size, turn))
 
 
 @njit(cache=True)
-def _rung(lower, upper, size, turn):  # type: ignore[no-untyped-def]  # compiled
+def _rung(lower, upper, rising, falling, turn):  # type: ignore[no-untyped-def]  # compiled
     """Return a play between two borders whose contacts ring, ``turn`` [rad] a step, a tenth of critical damping."""
     out = np.empty(lower.size)
     w, side, off, speed = 0.0, 0, 0.0, 0.0
@@ -72,7 +75,7 @@ def _rung(lower, upper, size, turn):  # type: ignore[no-untyped-def]  # compiled
         new = 1 if w < lower[n] else -1 if w > upper[n] else 0
         w = min(upper[n], max(lower[n], w))
         if new not in (0, side):
-            side, speed = new, speed + new * size
+            side, speed = new, speed + (rising if new > 0 else -falling)
         speed -= turn * off + 0.2 * turn * speed
         off += turn * speed
         out[n] = w + off

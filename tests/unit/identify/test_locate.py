@@ -13,7 +13,7 @@ from identify.effects import chain_of
 from identify.evidence import Evidence
 from identify.explain.bench import Bench
 from identify.explain.contact import still
-from identify.explain.free_form import LAST, Begun, begun, ended, fitted_from, raced, slid_on, untried
+from identify.explain.free_form import LAST, NEARLY, Begun, begun, ended, fitted_from, raced, slid_on, untried
 from identify.explain.frequencies import ripple_hz
 from identify.explain.locate import BEHIND, EASILY, NEARER, Located, located, within_reach
 from identify.explain.moments import where
@@ -471,6 +471,9 @@ def test_where_a_fit_may_leave_noise_laws_that_one_knot_does_are_tried_too() -> 
     least = min((h for _, h in first.fitted), key=lambda h: h.chi2)
     only = replace(first, worth=[s for s in first.ranked if s.correction.form == Filter.form])
     tried = untried(there, base, only, least)
-    assert max(s.gain for s in first.ranked) > LARGE
+    most = max(s.gain for s in first.ranked)
+    assert most > LARGE
     assert Giving.form in {s.correction.form for s in tried}
-    assert all(s.correction.single for s in tried)
+    assert all(s.correction.single and s.gain > NEARLY * most for s in tried)
+    left = [s for s in overlooked(first.ranked, only.worth) if s.correction.single]
+    assert {s.correction.form for s in left} > {s.correction.form for s in tried}  # others come nowhere near

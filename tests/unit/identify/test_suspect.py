@@ -6,15 +6,25 @@ import pytest
 from identify.effects import chain_of
 from identify.evidence import Evidence
 from identify.explain.bench import Bench
-from identify.explain.corrections import APART, RESTS, dwelt_levels, speeds, with_zero
+from identify.explain.corrections import (
+    APART,
+    RESTS,
+    RINGS,
+    corrections,
+    dwelt_levels,
+    fast_s,
+    speeds,
+    with_zero,
+)
 from identify.explain.suspect import MOST, Suspect, columns_of, contenders, explainable, finer, overlooked, suspect
 from identify.stage import Place
-from identify.unnamed.contact import Giving, Sticking
+from identify.unnamed.contact import AfterContact, AfterEither, Giving, Sticking
 from identify.unnamed.correction import Correction
 from identify.unnamed.hysteresis import Relays
+from identify.unnamed.lines import Flutter
 from identify.unnamed.maps import LevelMap, Trailing
 from identify.unnamed.memory import BorderOverRate, GapOverRate
-from identify.unnamed.modulation import Heated
+from identify.unnamed.modulation import Heated, Leaning, Moved
 from identify.unnamed.timed import GainSteps, GapSteps, LeadSteps, OffsetSteps, Timed
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
@@ -114,12 +124,16 @@ def test_one_threshold_is_sought_between_those_that_are_fixed(
     assert kept.gain > several.gain
 
 
-def test_one_lag_is_sought_beyond_those_that_are_fixed() -> None:
-    """A contact that follows within two samples was taken for a pole: the fixed lags begin at six of them."""
-    there = evidence(*FIG13_LEVELS_V, physics=(Concealed("giving_contact", {"tau": 3e-4}),))
-    several = suspect(there, Giving(Place.F, (7e-4, 5e-3, 0.03)))
+@pytest.mark.parametrize(("physics", "law", "tau"), [
+    (Concealed("giving_contact", {"tau": 3e-4}), Giving(Place.F, (7e-4, 5e-3, 0.03)), 3e-4),
+    (Concealed("warm_joint", {"k": 0.3, "tau": 0.15, "top": 12.0}), Heated(Place.SENSE, (1e-3, 8e-3, 0.05)), 0.15),
+], ids=["below", "above"])  # fmt: skip
+def test_one_lag_is_sought_beyond_those_that_are_fixed(physics: Concealed, law: Correction, tau: float) -> None:
+    """A contact that follows within two samples was taken for a pole: the fixed lags began at six of them."""
+    there = evidence(*FIG13_LEVELS_V, physics=(physics,))
+    several = suspect(there, law)
     kept = finer(there, several, 1.0)
-    assert kept.correction.knots == pytest.approx((3e-4,), rel=0.3)
+    assert kept.correction.knots == pytest.approx((tau,), rel=0.3)
     assert kept.gain > several.gain
 
 
@@ -136,6 +150,22 @@ def test_a_gap_over_the_rate_has_one_law_where_both_borders_have_the_same() -> N
         there = evidence(*FIG13_LEVELS_V, physics=(Concealed(law, {"k": 1e-4}),))
         both = BorderOverRate(Place.F, speeds(there, Place.G1))
         assert finer(there, suspect(there, both), 1.0).correction.form == form
+
+
+def test_what_goes_on_after_contact_has_a_law_of_its_own_on_either_side_where_it_differs() -> None:
+    rings = Concealed("ringing_contact", {"size": 0.2, "frequency": 150.0, "falling": 0.0})
+    there = evidence(*FIG13_LEVELS_V, physics=(rings,))
+    both = suspect(there, AfterContact(Place.F, fast_s(there)))
+    kept = finer(there, both, 1.0)
+    assert kept.correction.form == AfterEither.form
+    assert len(kept.correction.knots) == RINGS
+    assert kept.gain > 1.5 * max(both.gain, suspect(there, AfterContact(Place.F, kept.correction.knots)).gain)
+
+
+def test_what_follows_the_recent_past_and_a_delay_that_ripples_are_tried_wherever_they_may_be() -> None:
+    tried = list(corrections(evidence(*FIG13_LEVELS_V)))
+    for kind in (Leaning, Moved, Flutter, AfterContact):
+        assert {c.place for c in tried if type(c) is kind} == set(kind.places)
 
 
 def test_one_largest_rate_is_sought_on_either_side_of_zero() -> None:

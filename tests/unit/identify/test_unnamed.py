@@ -13,9 +13,10 @@ from identify.effects import chain_of, physics_in, with_physics
 from identify.model import LinearF, Model, Physics
 from identify.observe import Observation
 from identify.simulate import Player
-from identify.stage import Place
+from identify.stage import Block, Grid, Place
 from identify.unnamed.correction import Correction
 from identify.unnamed.maps import LevelMap
+from identify.unnamed.modulation import Leaning, Moved
 from identify.unnamed.stored import KINDS, correction_of
 from rig.rigfile import model_to_dict, model_to_yaml, parse_rig
 from tests.proof.rigs import OP_AMP
@@ -98,6 +99,14 @@ def test_it_runs_the_same_in_one_piece_and_in_many(form: str) -> None:
     one, many = Player(model, WALK.rate_hz), Player(model, WALK.rate_hz)
     parts = [many.play(part) for part in np.array_split(WALK.u, 7)]
     assert np.abs(one.play(WALK.u) - np.concatenate(parts)).max() < 1e-9
+
+
+def test_a_gain_leans_as_its_signal_stood_and_falls_as_it_moved() -> None:
+    """At 2 V for long, and on a ramp of 3 V/s: by the level and by the rate, once the lag of 10 ms has passed."""
+    grid = Grid("run", 1e-4, 1, 0.0, 0.0)
+    for kind, signal, load in ((Leaning, np.full(3000, -2.0), -2.0), (Moved, -3.0 * np.arange(3000) * 1e-4, 3.0)):
+        out = kind(Place.SENSE, (0.01,)).summed((0.05,), grid)(Block(signal, signal, 0, grid))
+        assert out[-1] == pytest.approx(signal[-1] * (1.0 + 0.05 * load), rel=1e-6)
 
 
 def test_a_curve_goes_through_its_knots_and_on_straight() -> None:

@@ -85,6 +85,12 @@ def test_noise_is_told_with_what_it_goes_and_how_large_it_is_there(size, kind):
     assert kind is not OverClock or low == pytest.approx(4.0, abs=0.2)
 
 
+@pytest.mark.parametrize(("more", "told_of"), [(0.08, True), (0.04, False)])
+def test_noise_is_uneven_where_it_moves_odds(more, told_of):
+    """A twelfth more noise from a moment on; of a twenty-fifth more nobody need know."""
+    assert (told(scattered(lambda trace: 1.0 + more * (by_clock(trace) - 1.0))) is not None) is told_of
+
+
 def test_even_noise_is_even():
     assert [told(scattered(even, seed)) for seed in range(5)] == [None] * 5
 
