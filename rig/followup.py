@@ -62,8 +62,8 @@ class Followed:
         left = [w for w in self.open if members & set(w.members)]
         if any(not m.exact for w in left for m in w.separation.members[1:]):
             return "undecided"
-        found = any((f.id, f.stage) in members for f in self.told.effects)
-        return "inseparable" if left else "decided" if found else "ruled out"
+        found = {(f.id, f.stage) for f in self.told.effects} | {(c.id, c.stage) for c in self.told.entered[:1]}
+        return "inseparable" if left else "decided" if found & members else "ruled out"
 
     def to_dict(self) -> dict[str, object]:
         """Return the keys that the JSON answer gets on top: ``separation``, and ``follow_up`` where one was asked."""
@@ -152,7 +152,11 @@ def words(followed: Followed) -> Iterator[str]:
         yield from (f"  followed up by {path} on {followed.device}" for path in each.recordings)
     for written, status in followed.sets:
         yield f"  {status:<8} {' or '.join(m.label for m in written.separation.members)}"
-    if followed.folder is None and any(f.could_also_be for f in followed.told.effects):
+    told_of = {(f.id, f.stage) for f in followed.told.effects}
+    for written in followed.open:
+        if (written.separation.id, written.separation.stage) not in told_of:
+            yield f"  next     {written.sentence}"
+    if followed.folder is None and followed.told.is_open:
         yield "  next     `--separate FOLDER` writes a protocol that would decide; `--follow-up DEVICE` plays it, too"
     if followed.device and not followed.rounds and not followed.open:
         yield "  nothing is undecided: there was nothing to follow up"

@@ -63,9 +63,9 @@ def write(
 
     Raises FileError, or RefusedError where the device cannot play what was chosen.
     """
-    from identify.explain.separate import separations, undecided
+    from identify.explain.separate import separations
 
-    if not undecided(told):
+    if not told.is_open:
         return ()
     limits = limits_of(runs)
     room = _room(runs, limits, device)

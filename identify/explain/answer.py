@@ -13,6 +13,7 @@ from identify.effects.effect import Effect, short
 from identify.explain.bench import Bench
 from identify.explain.carried import bare, left_by_chance, rougher
 from identify.explain.confirm import CONVINCING, adapted, held_out_rms, most_believed, would_tell
+from identify.explain.entered import entered
 from identify.explain.explanation import (
     Explanation,
     Finding,
@@ -128,6 +129,7 @@ class Answer:
             remaining=self.remaining(), model=model, plain=self.plain.fit, improved=self.improved.fit,
             train=train, test=self.data.test, profiles=self.profiles(), survey=self.survey,
             warnings=tuple(self.warnings()),
+            entered=entered(self.beyond, self.unproven) if self.proof or not findings else (),
         )  # fmt: skip
 
     @property

@@ -13,6 +13,7 @@ from identify.explain.explanation import Explanation, Finding
 from identify.fit import Fit, fit, total_chi_squared
 from identify.observe import Observation, refined
 from identify.phases import angles_of, scanned
+from identify.unnamed.correction import UNNAMED
 
 ITERATIONS = 40
 
@@ -39,7 +40,7 @@ class Contender:
     @property
     def label(self) -> str:
         """Return what it is called in sentences."""
-        return f"{self.id} in {self.stage}"
+        return f"{'an unnamed law' if self.id == UNNAMED else self.id} in {self.stage}"
 
     def price(self, count: int) -> float:
         """Return Schwarz's criterion: chi-squared and the price of every number that was searched."""

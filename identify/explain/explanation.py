@@ -17,6 +17,8 @@ from identify.trace import Array
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from identify.explain.contenders import Contender
+
 SCHEMA = "rig.explain/1"
 Verdict = Literal["consistent", "explained", "partly_explained", "unexplained"]
 
@@ -178,6 +180,12 @@ class Explanation(Seen):
     profiles: tuple[Profile, ...]
     survey: tuple[StageShare, ...]
     warnings: tuple[str, ...]
+    entered: "tuple[Contender, ...]" = ()  # where what has no name may have come in, the likeliest first
+
+    @property
+    def is_open(self) -> bool:
+        """Return whether anything is undecided: which of several names, or where what has none comes in."""
+        return any(f.could_also_be for f in self.effects) or len(self.entered) > 1
 
     def glance(self) -> Glance:
         """Return the verdict, the physics and the proof."""

@@ -1,4 +1,4 @@
-"""How are a stretch, a list and a correction said in a sentence?"""
+"""How are a stretch, a list, a correction and the probe that finds a stage said in a sentence?"""
 
 from collections.abc import Sequence
 
@@ -7,6 +7,13 @@ from identify.explain.locate import Located
 from identify.natural_units import shown
 
 OPEN = 0.1  # probability of another name from which the verdict in one sentence leaves it open
+TAP = {  # what shows whether a mismatch enters at a stage, whatever is played
+    "source": "put a probe on u where it enters G1 and compare it with what was commanded",
+    "G1": "put a probe on v, behind G1: it tells whether the mismatch is there before F",
+    "F": "put probes on v and w, before and behind F",
+    "G2": "put a probe on w, behind F: if it follows the model, the mismatch is made behind it",
+    "sense": "feed the DAQ's input from a calibrated source in place of the circuit",
+}
 
 
 def stretch_told(part: Range) -> str:

@@ -20,11 +20,16 @@ from identify.interval import Interval
 from identify.natural_units import shown_interval
 from identify.observe import pooled_rms
 from identify.uncertainty.inflation import inflation
+from identify.unnamed.correction import UNNAMED
 
 
 def revised(told: Explanation, sets: Sequence[Sequence[Contender]]) -> Explanation:
-    """Return the explanation with the members of earlier sets weighed again; ``sets`` were fitted to less data."""
-    for finding in [f for f in told.effects if f.id != "unnamed"]:
+    """Return the explanation with the members of earlier sets weighed again; ``sets`` were fitted to less data.
+
+    Laws without a name are not: they were the best of what little was there.
+    """
+    sets = [members for members in sets if members[0].id != UNNAMED]
+    for finding in [f for f in told.effects if f.id != UNNAMED]:
         earlier = _own(told, finding, sets)
         known = {(o.id, o.stage) for o in finding.could_also_be} | {(finding.id, finding.stage)}
         if any((c.id, c.stage) not in known for c in earlier if c.fit is not None):

@@ -15,6 +15,7 @@ from threadpoolctl import threadpool_limits
 from identify.effects import would_separate
 from identify.explain.contenders import Contender, contenders
 from identify.explain.explanation import Explanation, Finding
+from identify.explain.phrases import TAP
 from identify.holdout import settling_s
 from identify.model import Model
 from identify.natural_units import shown
@@ -27,12 +28,14 @@ from identify.planning.discrimination import (
     answers,
     chosen,
     difference,
+    of_every_kind,
     rival,
     spread,
     told,
     trusted,
 )
 from identify.planning.separators import kind_of, separators
+from identify.unnamed.correction import UNNAMED
 
 HELD_BACK = 1  # repeats of every step beyond those that decide: an explanation keeps the last of them for the proof
 DWELLS = 40  # times G1 and G2 may settle in a protocol, at least
@@ -71,37 +74,46 @@ def least_time_s(model: Model) -> float:
 
 def undecided(explained: Explanation) -> tuple[Finding, ...]:
     """Return the findings whose physics has a name and could have another."""
-    return tuple(f for f in explained.effects if f.could_also_be and f.id != "unnamed")
+    return tuple(f for f in explained.effects if f.could_also_be and f.id != UNNAMED)
 
 
 def separations(
     explained: Explanation, room: Room, note: Note = lambda sentence, share: None
 ) -> tuple[Separation, ...]:
-    """Return for every undecided set what would decide it, within a room for the input."""
+    """Return for every undecided set what would decide it, within a room for the input.
+
+    The places at which what has no name may have come in are such a set, too.
+    """
     sets = undecided(explained)
     found = []
     with threadpool_limits(1, "blas"):
         for number, finding in enumerate(sets):
             note(f"looking for what tells {finding.id} from its rivals", number / len(sets))
-            found.append(_separation(explained, finding, room))
+            found.append(_separation(explained, contenders(explained, finding), room))
+        if len(explained.entered) > 1:
+            note("looking for what tells where the mismatch enters", 0.9)
+            found.append(_separation(explained, explained.entered, room))
     return tuple(found)
 
 
-def _separation(explained: Explanation, finding: Finding, room: Room) -> Separation:
+def _separation(explained: Explanation, members: tuple[Contender, ...], room: Room) -> Separation:
     """Return what decides one set."""
-    members = contenders(explained, finding)
     fitted = [m for m in members if m.fit is not None]
     if len(fitted) < 2:
-        return _separated(explained, finding, members, (), None, [])
+        return _separated(members, (), None, [])
     rivals = [rival(m.fit, m.probability, explained.model.fixed) for m in fitted if m.fit is not None]
     options = _worth(rivals, separators(explained.model, room), room, explained.noise.rms_v)
     if not options:
-        return _separated(explained, finding, members, (), None, [])
+        return _separated(members, (), None, [])
     options, sums = _weighed(rivals, options, room, explained.noise.rms_v, members[0].substeps)
     if not options:
-        return _separated(explained, finding, members, (), None, [])
-    choice = chosen(rivals, sums, [c.time_s for c in options], room.time_s)
-    return _separated(explained, finding, members, options, choice, fitted)
+        return _separated(members, (), None, [])
+    times_s = [c.time_s for c in options]
+    if members[0].id == UNNAMED:
+        choice = of_every_kind(rivals, sums, [kind_of(c) for c in options], times_s, room.time_s)
+    else:
+        choice = chosen(rivals, sums, times_s, room.time_s)
+    return _separated(members, options, choice, fitted)
 
 
 def _worth(
@@ -129,9 +141,8 @@ def _weighed(
 
 
 def _separated(
-    explained: Explanation, finding: Finding, members: tuple[Contender, ...], options: Sequence[Candidate],
-    choice: Choice | None, fitted: Sequence[Contender],
-) -> Separation:  # fmt: skip
+    members: tuple[Contender, ...], options: Sequence[Candidate], choice: Choice | None, fitted: Sequence[Contender]
+) -> Separation:
     """Return the set with its protocol and its sentence."""
     reached = _reached(choice, fitted) if choice else {}
     named = members[0]
@@ -140,7 +151,7 @@ def _separated(
     steps = _played(options, choice) if choice and apart else ()
     sentence = _sentence(named, [m for m in members[1:] if m not in equal], equal, steps, min(apart, default=0.0))
     time_s = sum(c.time_s * n for c, n in steps)
-    return Separation(finding.id, finding.stage, members, steps, time_s, min(apart, default=0.0), equal, sentence)
+    return Separation(named.id, named.stage, members, steps, time_s, min(apart, default=0.0), equal, sentence)
 
 
 def _reached(choice: Choice, fitted: Sequence[Contender]) -> dict[tuple[str, str], float]:
@@ -169,21 +180,25 @@ def _sentence(
     sharpness: float,
 ) -> str:  # fmt: skip
     """Return what the protocol decides and what it does not."""
-    parts = []
+    parts = [_equal(named, member) for member in equal]
     if steps and apart:
-        time_s = sum(c.time_s * n for c, n in steps)
-        others = " and ".join(m.label for m in apart)
-        parts.append(
-            f"{shown(time_s, 's', 2)} of it are expected to tell {named.label} from {others} by "
-            f"{sharpness:.2g} standard deviations or more"
-        )
-    parts += [_equal(named, member) for member in equal]
+        parts.insert(0, _apart(named, apart, sum(c.time_s * n for c, n in steps), sharpness))
     return "; ".join(parts)
+
+
+def _apart(named: Contender, others: Sequence[Contender], time_s: float, sharpness: float) -> str:
+    """Return what a protocol tells apart, and how sharply; of laws without a name that is only so far as they go."""
+    length, rest = shown(time_s, "s", 2), " and ".join(m.label for m in others)
+    tell = f"tell {named.label} from {rest} by {sharpness:.2g} standard deviations or more"
+    if named.id == UNNAMED:
+        return f"{length} of it would {tell}, if one of these were all there is"
+    return f"{length} of it are expected to {tell}"
 
 
 def _equal(named: Contender, member: Contender) -> str:
     """Return why two members stay together, and what outside the protocol would part them."""
     wanted = would_separate(named.id, named.stage, member.id, member.stage)
+    wanted = wanted or (TAP[named.stage] if named.id == UNNAMED else "")
     outside = f": {wanted}" if wanted else ", such as a loopback cable or a tap behind G1"
     if member.exact:
         return f"{member.label} gives the same data whatever is played; it takes something else{outside}"

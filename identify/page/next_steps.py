@@ -1,6 +1,7 @@
 """What should the operator do next?"""
 
 from identify.explain.explanation import Explanation, Finding
+from identify.explain.phrases import TAP
 
 CLOSER = {  # the experiment that shows more of what acts along a coordinate
     "level of u": "play the same with a cable from the DAQ's output to its input: what stays is in source or sense",
@@ -15,13 +16,6 @@ CLOSER = {  # the experiment that shows more of what acts along a coordinate
     "mains lines": "record with the source silent: what is still there does not come from the stimulus",
 }
 SPEED = "record triangles of one height at two speeds: what follows the rate scales with the speed"
-TAP = {
-    "source": "put a probe on u where it enters G1 and compare it with what was commanded",
-    "G1": "put a probe on v, behind G1: it tells whether the mismatch is there before F",
-    "F": "put probes on v and w, before and behind F",
-    "G2": "put a probe on w, behind F: if it follows the model, the mismatch is made behind it",
-    "sense": "feed the DAQ's input from a calibrated source in place of the circuit",
-}
 
 
 def next_steps(told: Explanation) -> list[str]:
@@ -37,10 +31,12 @@ def next_steps(told: Explanation) -> list[str]:
 
 
 def _about(finding: Finding) -> list[str]:
-    """Return the experiment that would settle a named finding."""
+    """Return the experiment that would settle which name a finding has, or where what has none enters."""
     if finding.could_also_be and finding.would_separate:
         rivals = " from ".join(name.replace("_", " ") for name in (finding.id, finding.could_also_be[0].id))
         return [f"To tell {rivals}: {finding.would_separate}."]
+    if finding.would_separate:
+        return [f"To tell where it enters: {finding.would_separate}."]
     return []
 
 

@@ -158,6 +158,24 @@ def chosen(rivals: Sequence[Rival], sums: Sequence[Sums], times_s: Sequence[floa
     return Choice(tuple(counts), whole.sharpness(rivals))
 
 
+def of_every_kind(
+    rivals: Sequence[Rival], sums: Sequence[Sums], kinds: Sequence[str], times_s: Sequence[float], time_s: float
+) -> Choice:
+    """Return of every kind of stimulus the one that tells most, none longer than its share of the time.
+
+    Where the hypotheses are only near the truth, what they promise says little of how the truth will differ from each:
+    what is new to all of them does.
+    """
+    counts, whole = [0] * len(sums), _nothing(sums[0])
+    share_s = time_s / len(set(kinds))
+    short = [k for k in range(len(sums)) if times_s[k] <= share_s]
+    promises = {k: _promise(rivals, sums[k]) for k in short}
+    for kind in {kinds[k] for k in short}:
+        best = max((k for k in short if kinds[k] == kind), key=lambda k: promises[k])
+        counts[best], whole = 1, whole.plus(sums[best])
+    return Choice(tuple(counts), whole.sharpness(rivals))
+
+
 def _promise(rivals: Sequence[Rival], sums: Sums) -> float:
     """Return the mean sharpness, weighed by how likely it is that a pair has to be told apart."""
     z = sums.sharpness(rivals)

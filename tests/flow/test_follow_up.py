@@ -6,7 +6,12 @@ from typing import Any
 
 import pytest
 
+from rig.rigfile import model_to_yaml
 from tests.flow.console import Ended, refused, rig
+from tests.proof.cases import Concealed
+from tests.proof.device import stand
+from tests.proof.rigs import RC
+from tests.trials import model_of
 
 RIG = """\
 spec: 1
@@ -88,3 +93,24 @@ def test_without_a_device_the_protocol_is_written_and_named(folder: Path) -> Non
 
 def test_a_folder_that_is_not_there_is_refused_at_once(folder: Path) -> None:
     refused(rig("explain", "short.h5", "--separate", "nowhere", cwd=folder), 2, "no such folder", "nowhere")
+
+
+def test_where_physics_of_no_catalogue_enters_is_asked_of_the_device_too(tmp_path: Path) -> None:
+    """A reference that gives way under use may act on v or w as well, for all that one walk tells."""
+    where = stand(tmp_path / "bench.json", RC, (Concealed("tired_source", {"k": 0.02}),), 3)
+    (tmp_path / "my_rig.yaml").write_text(model_to_yaml(model_of(RC)))
+    (tmp_path / "short.yaml").write_text(SHORT)
+    assert rig("run", "short.yaml", "--device", where, cwd=tmp_path).code == 0
+    ended = rig("explain", "short.h5", "--follow-up", where, "--json", "a.json", cwd=tmp_path)
+    last = json.loads((tmp_path / "a.json").read_text(encoding="utf-8"))
+    (asked,) = last["follow_up"]["rounds"][0]["sets"]
+    assert {member["id"] for member in asked["set"]} == {"unnamed"}
+    assert len(asked["set"]) > 1
+    assert "source" in [member["stage"] for member in asked["set"]]
+    assert "if one of these were all there is" in asked["sentence"]
+    assert "  decided  an unnamed law in " in ended.out
+    assert (last["location"]["stage"], last["location"]["alternatives"]) == ("source", [])
+    assert [(e["id"], e["stage"]) for e in last["effects"]] == [("unnamed", "source")]
+    assert last["separation"] == []
+    protocol = (tmp_path / asked["protocol"]).read_text(encoding="utf-8")
+    assert all(kind in protocol for kind in ("staircase:", "sine:", "multisine:"))

@@ -2,11 +2,13 @@
 
 Each case is a single-effect trial of the study (tests/proof/trial.py), of which the tool gets a staircase and one sine
 only, so that many sets stay undecided. ``rig explain --follow-up`` then plays what it chose on a device behind which
-the independent integrator stands. Every case is appended to ``--out`` as it ends, its seal first; a study that was cut
-goes on where it stopped. ``--write`` puts what it showed into README.md beside this file.
+the independent integrator stands. With ``--stratum outside`` the physics is in no catalogue, and what is undecided is
+where it enters. Every case is appended to ``--out`` as it ends, its seal first; a study that was cut goes on where it
+stopped. ``--write`` puts what it showed into README.md beside this file.
 """
 
 import argparse
+import json
 import tempfile
 import time
 import traceback
@@ -44,7 +46,7 @@ def main(words: list[str] | None = None) -> None:
     wanted = arguments(words)
     effects = known_effects()
     asked = effects & frozenset(wanted.effect) if wanted.effect else effects
-    keys = list(islice(plan(wanted.seed, ["single"], asked), wanted.cases))
+    keys = list(islice(plan(wanted.seed, [wanted.stratum], asked), wanted.cases))
     done = answered(wanted.out, "outcome")
     todo = [key for key in keys if key.text not in done]
     print(f"{len(keys)} cases, {len(keys) - len(todo)} of them answered before, into {wanted.out}", flush=True)
@@ -54,7 +56,8 @@ def main(words: list[str] | None = None) -> None:
     text = summary([done[key.text] for key in keys if key.text in done])
     print(text)
     if wanted.write:
-        README.write_text(between_marks(README.read_text(encoding="utf-8"), text, "follow-up"), encoding="utf-8")
+        marks = "follow-up" if wanted.stratum == "single" else f"follow-up-{wanted.stratum}"
+        README.write_text(between_marks(README.read_text(encoding="utf-8"), text, marks), encoding="utf-8")
 
 
 def arguments(words: list[str] | None = None) -> argparse.Namespace:
@@ -62,6 +65,7 @@ def arguments(words: list[str] | None = None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m tests.proof.follow_up", description=__doc__)
     parser.add_argument("--cases", type=int, default=40)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--stratum", choices=("single", "outside"), default="single")
     parser.add_argument("--effect", action="append", help="only trials about this id; may be given again")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("follow_up.jsonl"))
@@ -80,10 +84,13 @@ def tried(key: Key, out: Path, at: str) -> str:
     except Exception:  # a study reports every failure and goes on
         reply = {"failure": traceback.format_exc(limit=-4)}
     reply["processor_s"] = round(time.process_time() - began, 1)
-    (true,) = trial.expected
+    (true,) = trial.expected or trial.unheard
     opened = {"seal": truth.seal, "salt": truth.salt, "truth": truth.text}
     entry = {"trial": key.text, "commit": at, **opened, **reply}
-    entry["outcome"] = outcome((true.id, true.stage), reply, exact_twins().get(true.id, ()))
+    if trial.expected:
+        entry["outcome"] = outcome((true.id, true.stage), reply, exact_twins().get(true.id, ()))
+    else:
+        entry["outcome"] = place_outcome(true.stage, reply)
     append(out, entry)
     sets = f"{said(reply.get('first'))} -> {said(reply.get('last'))}"
     return f"{entry['outcome']:<20} {key.text} ({true.stage}): {sets} {reply['processor_s']} s"
@@ -107,6 +114,7 @@ def followed(trial: Trial) -> dict[str, Any]:
         return {
             "verdicts": [done.first.verdict, done.told.verdict], "first": sets_of(done.first),
             "last": sets_of(done.told), "separation": answer["separation"], "follow_up": answer["follow_up"],
+            "places": [places_of(done.first), places_of(done.told)],
         }  # fmt: skip
 
 
@@ -127,6 +135,37 @@ def sets_of(told: Explanation) -> list[list[list[str | float]]]:
         [[f.id, f.stage, round(f.probability, 4)], *([o.id, o.stage, round(o.probability, 4)] for o in f.could_also_be)]
         for f in told.effects
     ]  # fmt: skip
+
+
+def places_of(told: Explanation) -> list[list[str | bool]]:
+    """Return the stages at which the mismatch may enter, the one that is told first, and which give the same data."""
+    exact = {c.stage for c in told.entered if c.exact}
+    stages = [told.location.stage, *told.location.alternatives] if told.location else []
+    return [[stage, stage in exact] for stage in stages]
+
+
+def place_outcome(true: str, reply: dict[str, Any]) -> str:
+    """Return how a case of physics in no catalogue ended: by the stages told and listed before and after.
+
+    ``missed``: the first answer did not list the right stage. ``decided at once``: it told that alone, or with one that
+    gives exactly the same data. Where more was open: ``decided``: it is told alone now; ``undecided``: it is told or
+    listed beside others; ``decided wrongly``: it is neither.
+    """
+    if "failure" in reply:
+        return "failure"
+    first, last = reply["places"]
+    if true not in [stage for stage, _ in first]:
+        return "missed"
+    if _alone(true, first):
+        return "decided at once"
+    if _alone(true, last):
+        return "decided"
+    return "undecided" if true in [stage for stage, _ in last] else "decided wrongly"
+
+
+def _alone(true: str, places: list[list[Any]]) -> bool:
+    """Return whether a stage is told, and no other than one that gives the same data is listed beside it."""
+    return bool(places) and places[0][0] == true and all(exact for _, exact in places[1:])
 
 
 def outcome(true: Named, reply: dict[str, Any], twins: tuple[str, ...]) -> str:
@@ -173,13 +212,31 @@ def summary(cases: list[dict[str, Any]]) -> str:
     open_at_first = shrunk + ends["undecided"] + ends["decided wrongly"]
     share = f"{shrunk} of {open_at_first}" + (f" ({100.0 * shrunk / open_at_first:.0f} %)" if open_at_first else "")
     failed = [c for c in cases if c["outcome"] in ("undecided", "decided wrongly", "wrong at once", "failure")]
+    stages = _stages(cases)
     commits = ", ".join(f"`{at}`" for at in sorted({case["commit"] for case in cases}))
     return "\n".join([
         f"{len(cases)} sealed cases at commit {commits}. Of the undecided sets that had the truth in them, those that",
         f"shrank to it, or to it and what gives exactly the same data (asked: 90 %): **{share}**.", "",
         "| how it ended | cases |", "|---|---|", *(f"| {name} | {count} |" for name, count in sorted(ends.items())), "",
+        *([stages, ""] if stages else []),
         *(f"- {c['outcome']}: `{c['trial']}` {said(c.get('first'))} → {said(c.get('last'))}" for c in failed),
     ])  # fmt: skip
+
+
+def _stages(cases: list[dict[str, Any]]) -> str:
+    """Return how often the right stage was told before and after, of physics in no catalogue; empty for other cases."""
+    asked = [c for c in cases if json.loads(c["truth"]).get("unheard")]
+    told = [sum(_stage(c) == places[0][0] for c in asked if (places := _places(c, at))) for at in (0, 1)]
+    return f"The right stage was told in {told[0]} of {len(asked)} before, in {told[1]} after." if asked else ""
+
+
+def _stage(case: dict[str, Any]) -> str:
+    (true,) = json.loads(case["truth"])["unheard"]
+    return str(true["stage"])
+
+
+def _places(case: dict[str, Any], at: int) -> list[list[Any]]:
+    return list(case["places"][at]) if "places" in case else []
 
 
 if __name__ == "__main__":

@@ -11,11 +11,12 @@ import pytest
 from identify.effects import chain_of
 from identify.explain import free_form
 from identify.explain.bench import Bench
+from identify.explain.entered import entered
 from identify.explain.free_form import MOVED
 from identify.explain.locate import LIKELY, Located, entered_at, located
 from identify.stage import Place
 from identify.unnamed.hysteresis import Hysteresis
-from identify.unnamed.maps import RateMap
+from identify.unnamed.maps import RateGain, RateMap
 from identify.unnamed.timed import ClockMap, GainMap, GainSteps, GapOverClock, OffsetInRun, Timed
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
@@ -87,6 +88,12 @@ def test_a_gain_over_the_rate_that_g2_hardly_changes_may_be_of_f_or_of_the_readi
     told = found(WALK, WAVE, SMALL, AGAIN, physics=Concealed("hurried_reading", {"k": 0.02, "top": 600.0}))
     assert told.best.form == "gain over the rate"
     assert min(told.places[place] for place in (Place.F, Place.SENSE)) > LIKELY
+    members = entered(told, unproven=False)
+    assert members[0].stage == told.best.place.label
+    fits = {c.stage: c.fit for c in members if not c.exact}
+    assert {"F", "sense"} <= set(fits)
+    assert all(f is not None and f.chain.stage_of(RateGain).place.label == stage for stage, f in fits.items())
+    assert [(c.stage, c.fit) for c in members if c.exact] in ([], [("G2", None)])
 
 
 @pytest.mark.parametrize("kind", [ClockMap, GainMap, GainSteps, OffsetInRun])

@@ -9,7 +9,7 @@ from identify.fit import Fit, chi_squared, fit
 from identify.model import Model, Rational
 from identify.observe import FINEST, Observation
 from identify.planning.candidates import Room, Stairs, Tone
-from identify.planning.discrimination import ENOUGH, LEAST, chosen, rival, spread, told
+from identify.planning.discrimination import ENOUGH, LEAST, chosen, of_every_kind, rival, spread, told
 from identify.planning.separators import kind_of, separators
 from identify.trace import Array, Trace
 from tests.unit.identify.planning.test_design import RC
@@ -92,3 +92,19 @@ def test_what_identification_leaves_out_is_offered() -> None:
 
 def test_every_kind_keeps_its_share_of_what_is_weighed() -> None:
     assert spread([5.0, 4.0, 3.0, 1.0, 0.5], ["a", "a", "a", "b", "b"], 2) == [0, 3]
+
+
+def test_where_no_hypothesis_is_the_truth_every_kind_of_stimulus_is_played_once(true: Chain) -> None:
+    """The one that tells most of each; a kind that takes more than its share of the time is left out."""
+    right, _ = fitted(true, true, STEPS)
+    false, _ = fitted(true, DELAY.put_in(chain_of(RC), {"delay": 2e-4}), STEPS)
+    rivals = [rival(right, 0.6, ()), rival(false, 0.4, ())]
+    weak, strong = Tone(30.0, 2.0, 0.0, 6), Tone(30.0, 7.5, 0.0, 6)
+    walk, slow = (Stairs((2.0, 3.0, -1.0, -3.0, 0.5), dwell_s, readable=False) for dwell_s in (0.05, 1.0))
+    offered = [weak, strong, walk, slow]
+    sums = [told(rivals, c.drawn(RATE_HZ), RATE_HZ, NOISE_V) for c in offered]
+    times_s = [c.time_s for c in offered]
+    choice = of_every_kind(rivals, sums, [kind_of(c) for c in offered], times_s, 3.0)
+    assert choice.repeats == (0, 1, 1, 0)
+    alone = [sums[k].sharpness(rivals) for k in (1, 2)]
+    assert all(choice.sharpness[pair] > max(one[pair] for one in alone) for pair in choice.sharpness)
