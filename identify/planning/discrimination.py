@@ -164,16 +164,25 @@ def of_every_kind(
     """Return of every kind of stimulus the one that tells most, none longer than its share of the time.
 
     Where the hypotheses are only near the truth, what they promise says little of how the truth will differ from each:
-    what is new to all of them does.
+    what is new to all of them does. Each is played once, or as often as there is time where that promises too little.
     """
-    counts, whole = [0] * len(sums), _nothing(sums[0])
+    counts = [0] * len(sums)
     share_s = time_s / len(set(kinds))
     short = [k for k in range(len(sums)) if times_s[k] <= share_s]
     promises = {k: _promise(rivals, sums[k]) for k in short}
     for kind in {kinds[k] for k in short}:
-        best = max((k for k in short if kinds[k] == kind), key=lambda k: promises[k])
-        counts[best], whole = 1, whole.plus(sums[best])
-    return Choice(tuple(counts), whole.sharpness(rivals))
+        counts[max((k for k in short if kinds[k] == kind), key=lambda k: promises[k])] = 1
+    if _promise(rivals, _whole(sums, counts)) < ENOUGH:
+        counts = [n * min(floor(share_s / times_s[k]), MOST_REPEATS) if n else 0 for k, n in enumerate(counts)]
+    return Choice(tuple(counts), _whole(sums, counts).sharpness(rivals))
+
+
+def _whole(sums: Sequence[Sums], counts: Sequence[int]) -> Sums:
+    """Return what stimuli tell together, each played so often."""
+    whole = _nothing(sums[0])
+    for one, n in zip(sums, counts, strict=True):
+        whole = whole.plus(one, n)
+    return whole
 
 
 def _promise(rivals: Sequence[Rival], sums: Sums) -> float:

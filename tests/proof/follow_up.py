@@ -219,8 +219,15 @@ def summary(cases: list[dict[str, Any]]) -> str:
         f"shrank to it, or to it and what gives exactly the same data (asked: 90 %): **{share}**.", "",
         "| how it ended | cases |", "|---|---|", *(f"| {name} | {count} |" for name, count in sorted(ends.items())), "",
         *([stages, ""] if stages else []),
-        *(f"- {c['outcome']}: `{c['trial']}` {said(c.get('first'))} → {said(c.get('last'))}" for c in failed),
+        *(f"- {c['outcome']}: `{c['trial']}` {_told(c, 0)} → {_told(c, 1)}" for c in failed),
     ])  # fmt: skip
+
+
+def _told(case: dict[str, Any], at: int) -> str:
+    """Return what was said before or after, in short: the sets of names, or the stages of what is in no catalogue."""
+    if not json.loads(case["truth"]).get("unheard"):
+        return said(case.get(("first", "last")[at]))
+    return "|".join(stage for stage, _ in _places(case, at)) or "nothing"
 
 
 def _stages(cases: list[dict[str, Any]]) -> str:

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from tests.proof.follow_up import outcome, summary
+from tests.proof.follow_up import outcome, place_outcome, summary
 from tests.proof.seal import Sealed
 
 POLE, DELAY, SOURCE = ["extra_pole", "G1", 0.5], ["dead_time", "G2", 0.4], ["source_pole", "source", 0.5]
@@ -30,6 +30,37 @@ TRUE = ("extra_pole", "G1")
 )
 def test_an_end_is_told_from_the_sets_alone(first: list[Any], last: list[Any], ended: str) -> None:
     assert outcome(TRUE, {"first": first, "last": last}, ("source_pole",)) == ended
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "ended"),
+    [
+        ([["G1", False]], [["G1", False]], "decided at once"),
+        ([["sense", False], ["G2", True]], [], "decided at once"),
+        ([["F", False]], [["G1", False]], "missed"),
+        ([], [["G1", False]], "missed"),
+        ([["F", False], ["G1", False]], [["G1", False]], "decided"),
+        ([["G1", False], ["F", False]], [["G1", False], ["source", True]], "decided"),
+        ([["G1", False], ["F", False]], [["F", False], ["G1", False]], "undecided"),
+        ([["F", False], ["G1", False]], [["F", False]], "decided wrongly"),
+        ([["F", False], ["G1", False]], [], "decided wrongly"),
+    ],
+)
+def test_of_physics_in_no_catalogue_the_stage_is_what_is_decided(first: Any, last: Any, ended: str) -> None:
+    true = "sense" if first[:1] == [["sense", False]] else "G1"
+    assert place_outcome(true, {"places": [first, last]}) == ended
+    assert place_outcome(true, {"failure": "Traceback"}) == "failure"
+
+
+def test_the_stages_told_before_and_after_are_counted() -> None:
+    truth = Sealed('{"unheard": [{"stage": "G1"}]}', "salt")
+    case = {"commit": "here", "truth": truth.text, "salt": truth.salt, "seal": truth.seal, "trial": "1"}
+    asked = [[["F", False], ["G1", False]], [["G1", False], ["F", False]]]
+    told = {**case, "outcome": "undecided", "first": [], "last": [], "places": asked}
+    text = summary([told, {**case, "outcome": "failure", "failure": "Traceback"}])
+    assert "The right stage was told in 0 of 2 before, in 1 after." in text
+    assert "- undecided: `1` F|G1 → G1|F" in text
+    assert "- failure: `1` nothing → nothing" in text
 
 
 def entries(ends: list[str]) -> list[dict[str, Any]]:

@@ -108,3 +108,7 @@ def test_where_no_hypothesis_is_the_truth_every_kind_of_stimulus_is_played_once(
     assert choice.repeats == (0, 1, 1, 0)
     alone = [sums[k].sharpness(rivals) for k in (1, 2)]
     assert all(choice.sharpness[pair] > max(one[pair] for one in alone) for pair in choice.sharpness)
+    faint = [told(rivals, c.drawn(RATE_HZ), RATE_HZ, 20.0 * NOISE_V) for c in offered]
+    more = of_every_kind(rivals, faint, [kind_of(c) for c in offered], times_s, 3.0)
+    assert more.repeats == (0, 5, 4, 0)
+    assert sum(n * t for n, t in zip(more.repeats, times_s, strict=True)) <= 3.0
