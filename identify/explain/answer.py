@@ -4,15 +4,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 from math import sqrt
 
-import numpy as np
-
 from identify.chain import Chain, model_of
-from identify.delay import device_doubt_s
 from identify.effects import physics_in, would_separate
 from identify.effects.effect import Effect, short
 from identify.explain.bench import Bench
 from identify.explain.carried import bare, left_by_chance, rougher
-from identify.explain.confirm import CONVINCING, adapted, held_out_rms, most_believed, would_tell
+from identify.explain.cautions import cautions
+from identify.explain.confirm import adapted, held_out_rms, most_believed
 from identify.explain.entered import entered
 from identify.explain.explanation import (
     Explanation,
@@ -128,7 +126,7 @@ class Answer:
             ),
             remaining=self.remaining(), model=model, plain=self.plain.fit, improved=self.improved.fit,
             train=train, test=self.data.test, profiles=self.profiles(), survey=self.survey,
-            warnings=tuple(self.warnings()),
+            warnings=tuple(cautions(self.bench, self.plain, self.better, self.dropped, self.data)),
             entered=entered(self.beyond, self.unproven) if self.proof or not findings else (),
         )  # fmt: skip
 
@@ -208,10 +206,13 @@ class Answer:
         others = tuple(place.label for place in self.beyond.alternatives(self.unproven))
         acts = (correction.axis, correction.place, fitted.fit.chain, base, self.bench.observations)
         ranges = () if correction.axis == "branch" else acting(*acts)
-        also = f"; a correction at {listed(list(others))} would do nearly as well" if others else ""
+        same = tuple(place for place in others if place in [p.label for p in correction.same_at])
+        near = [place for place in others if place not in same]
+        also = f"; at {listed(same)} it would give exactly the same data" if same else ""
+        also += f"; a correction at {listed(near)} would do nearly as well" if near else ""
         also = "; where the rest of it enters is open" if self.beyond.astray else also
         also = "; held-out runs are no better for it, so where the mismatch enters is open" if self.unproven else also
-        return Location(correction.place.label, ranges, f"{described(self.beyond)}{also}.", others)
+        return Location(correction.place.label, ranges, f"{described(self.beyond)}{also}.", others, same)
 
     def unnamed(self, proof: Proof) -> Finding:
         """Return the finding without a name: where it is, what it looks like, how much it would help."""
@@ -282,39 +283,3 @@ class Answer:
             return f"Held-out runs differ by {times}, the others agree: they show something the others do not excite."
         law = f"; an unnamed law at {self.beyond.best.place.label} brings that to {after}" if self.proof else ""
         return f"The recordings differ from the simulation by {times}, and no known physics explains it{law}."
-
-    def warnings(self) -> list[str]:
-        """Return what the reader must know beside the answer."""
-        found = [
-            f"{effect.id} at {effect.place.label} fits the training runs but is not confirmed by the held-out data: "
-            "it is not reported; hold out runs that reach it"
-            for effect in self.dropped
-        ]
-        found += [
-            f"{effect.id} at {effect.place.label} is told by the training runs alone: what is held out hardly shows it"
-            for effect in self.better.effects if self._untold(effect)
-        ]  # fmt: skip
-        found += [
-            f"{effect.id} at {effect.place.label} has values with which much that is in no catalogue does the same: it "
-            "may be that as well"
-            for effect in self.better.effects if ordinary(self.bench, self.better, effect)
-        ]  # fmt: skip
-        found += self._within_doubt()
-        if not self.plain.fit.converged:
-            found.append(f"the plain fit did not converge: {self.plain.fit.sentence}")
-        if not self.better.fit.converged:
-            found.append(f"the improved fit did not converge: {self.better.fit.sentence}")
-        return found
-
-    def _within_doubt(self) -> list[str]:
-        """Return that a dead time is no larger than what is not sure of the device's own delay, where that is so."""
-        doubt_s = device_doubt_s([o.trace for o in self.data.train])
-        found_s = self.better.fit.chain.values.get("dead_time.delay", np.inf)
-        return [f"the dead time of {shown(found_s, 's')} may be the device's: its own delay is known to "
-                f"± {shown(doubt_s, 's', 2)} only"] if found_s <= doubt_s else []  # fmt: skip
-
-    def _untold(self, effect: Effect) -> bool:
-        """Return whether the held-out data could not tell an effect from none."""
-        test, without = self.data.test, self.bench.without(self.better, effect)
-        better, worse = adapted(self.better.fit.chain, test), adapted(without.fit.chain, test)
-        return would_tell(better, worse, test) <= CONVINCING

@@ -56,19 +56,21 @@ class Profile:
 class Location:
     """The stage at which the mismatch enters, and where on that stage's own coordinate.
 
-    ``alternatives`` are stages that the data cannot exclude.
+    ``alternatives`` are stages that the data cannot exclude, ``same_data`` those of them at which what enters would
+    give exactly the same data, whatever is played.
     """
 
     stage: str
     where: tuple[Range, ...]
     sentence: str
     alternatives: tuple[str, ...] = ()
+    same_data: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, object]:
         """Return the form of the charter."""
         return {
             "stage": self.stage, "where": [w.to_dict() for w in self.where], "sentence": self.sentence,
-            "alternatives": list(self.alternatives),
+            "alternatives": list(self.alternatives), "same_data": list(self.same_data),
         }  # fmt: skip
 
 

@@ -119,7 +119,7 @@ def entered_at(correction: Correction) -> tuple[Place, ...]:
     shows only then, too.
     """
     in_front = is_fine(correction) and correction.place is Place.F
-    return (*correction.same_at, *((Place.G1, Place.SOURCE) if in_front else ()))
+    return (*correction.like_at, *((Place.G1, Place.SOURCE) if in_front else ()))
 
 
 def is_table(correction: Correction) -> bool:

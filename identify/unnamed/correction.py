@@ -68,6 +68,16 @@ class Correction(Stage):
         """Return the places at which this gives the same data, its own first: what G2 puts out is what is read."""
         return (Place.SENSE, Place.G2) if self.place is Place.SENSE else (self.place,)
 
+    @property
+    def nearly_at(self) -> tuple[Place, ...]:
+        """Return further places at which this gives nearly the same data."""
+        return ()
+
+    @property
+    def like_at(self) -> tuple[Place, ...]:
+        """Return the places at which this gives the same data or nearly so, its own first."""
+        return (*self.same_at, *self.nearly_at)
+
     def applicable(self, chain: Chain) -> bool:
         """Return whether there is something in ``chain`` to put it on."""
         return True

@@ -69,12 +69,12 @@ class Ripple(OneLine):
     places = (Place.SOURCE, Place.SENSE)
 
     @property
-    def same_at(self) -> tuple[Place, ...]:
-        """Return its place; on plateaus v is u, and between them little is told of either.
+    def nearly_at(self) -> tuple[Place, ...]:
+        """Return the place before the next; on plateaus v is u, and between them little is told of either.
 
         Behind the gap G2 leaves amplitude and phase free, and a signal that moves slower than the line is the same.
         """
-        return (Place.SOURCE, Place.G1) if self.place is Place.SOURCE else (*super().same_at, Place.F)
+        return (Place.G1,) if self.place is Place.SOURCE else (Place.F,)
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal times one plus the line."""
@@ -94,9 +94,9 @@ class Flutter(OneLine):
     places = (Place.SENSE, Place.G1)
 
     @property
-    def same_at(self) -> tuple[Place, ...]:
-        """Return its place; a line on the delay of u is one on that of v, and G2 passes it on to the reading."""
-        return (Place.G1, Place.SOURCE) if self.place is Place.G1 else super().same_at
+    def nearly_at(self) -> tuple[Place, ...]:
+        """Return the source for G1: a line on the delay of u is nearly one on that of v."""
+        return (Place.SOURCE,) if self.place is Place.G1 else ()
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal a little sooner or later: to first order, of delays that are short against it."""

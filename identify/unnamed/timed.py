@@ -31,10 +31,9 @@ class Timed(Correction):
         return "time in a run" if self.counted == "in a run" else "clock time"
 
     @property
-    def same_at(self) -> tuple[Place, ...]:
-        """Return the places at which this gives the same data: what is slow goes through G1 and G2 as it is."""
-        also = {Place.G1: (Place.SOURCE,), Place.SENSE: (Place.F,)}.get(self.place, ())
-        return (*super().same_at, *also)
+    def nearly_at(self) -> tuple[Place, ...]:
+        """Return the place before G1 or G2: what is slow goes through them as it is."""
+        return {Place.G1: (Place.SOURCE,), Place.SENSE: (Place.F,)}.get(self.place, ())
 
     def only_knot(self, start_s: float, stop_s: float) -> int | None:
         """Return the index of the one knot that all between two clock times hangs on; None where several may be."""
@@ -177,9 +176,9 @@ class LeadDrift(Timed):
     places: ClassVar[tuple[Place, ...]] = (Place.SENSE,)
 
     @property
-    def same_at(self) -> tuple[Place, ...]:
-        """Return the places at which this gives the same data, its own first: linear blocks pass a delay on."""
-        return (self.place, Place.G2)
+    def nearly_at(self) -> tuple[Place, ...]:
+        """Return no other place: what G2 puts out is what is read, and in front of it a delay is another."""
+        return ()
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return what the signal was or, going on straight, will be."""
@@ -198,7 +197,7 @@ class LeadSteps(LeadDrift):
 
     @property
     def same_at(self) -> tuple[Place, ...]:
-        """Return the places at which this gives the same data, its own first."""
+        """Return the places at which this gives the same data, its own first: linear blocks pass a delay on."""
         return (self.place, Place.SOURCE if self.place is Place.G1 else Place.SENSE)
 
 

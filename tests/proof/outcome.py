@@ -96,13 +96,21 @@ class Outcome:
         """Return whether the stage of one of the concealed is the stage told."""
         stages = {truth.stage for truth in self.concealed}
         told = {f["stage"] for f in self.findings if f["id"] in self.ids and self.known}
-        return bool(stages & (told | {(self.said.get("location") or {}).get("stage")}))
+        return bool(stages & (told | {self._location.get("stage")}))
+
+    @property
+    def _location(self) -> dict[str, Any]:
+        return self.said.get("location") or {}
 
     @property
     def placed_or_listed(self) -> bool:
         """Return whether the stage is told, or listed among those that the data cannot exclude."""
-        location = self.said.get("location") or {}
-        return self.placed or bool({t.stage for t in self.concealed} & set(location.get("alternatives", [])))
+        return self.placed or bool({t.stage for t in self.concealed} & set(self._location.get("alternatives", [])))
+
+    @property
+    def placed_as_one(self) -> bool:
+        """Return whether the stage is told, or one told at which it is said to give exactly the same data."""
+        return self.placed or bool({t.stage for t in self.concealed} & set(self._location.get("same_data", [])))
 
     @property
     def held_out_ratio(self) -> float:

@@ -28,6 +28,7 @@ BOTH = "two effects: both named"
 BOTH_LISTED = "two effects: both named or listed"
 MISNAMED = "two effects: a wrong name called likelier than not"
 FOREIGN = "outside: a wrong name called likelier than not"
+PLACED_AS_ONE = "right stage, or one told at which it is said to give exactly the same data"
 FOREMOST = (FALSE_ALARM, RIGHT, WITHIN, WRONG, COVERED, BOTH, MISNAMED, FOREIGN)
 WEAK = 0.8
 Z_BANDS = (10.0, 30.0, 100.0, 1000.0, np.inf)
@@ -72,6 +73,7 @@ def _asked(outcomes: Sequence[Outcome], twins: Twins) -> Rows:
         (f"one and no wrong name, {AS_ONE}", "", str(share(pair, lambda o: _one_and_none_else(o, twins)))),
         (MISNAMED, "", str(share(pair, confident_and_wrong))),
         ("outside the catalogue: right stage", "85 %", str(share(outside, lambda o: o.placed))),
+        (PLACED_AS_ONE, "", str(share(outside, lambda o: o.placed_as_one))),
         (FOREIGN, "at most 5 %", str(share(outside, confident_and_wrong))),
         ("outside: no name at all", "", str(share(outside, lambda o: not o.names))),
         ("below detection (z 0.3-3): a wrong name", "", str(share(below, lambda o: bool(o.wrong)))),

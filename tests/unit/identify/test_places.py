@@ -99,9 +99,11 @@ def test_a_gain_over_the_rate_that_g2_hardly_changes_may_be_of_f_or_of_the_readi
 @pytest.mark.parametrize("kind", [ClockMap, GainMap, GainSteps, OffsetInRun])
 def test_what_is_slow_is_the_same_on_either_side_of_a_linear_block(kind: type[Timed]) -> None:
     """A gain that goes with the clock passes G1 as it is: the source may have it."""
-    told = {place: kind(place, (0.0, 1.0)).same_at for place in kind.places}
-    assert told[Place.G1] == (Place.G1, Place.SOURCE)
-    assert told[Place.SENSE] == (Place.SENSE, Place.G2, Place.F)
+    told = {place: kind(place, (0.0, 1.0)) for place in kind.places}
+    assert told[Place.G1].like_at == (Place.G1, Place.SOURCE)
+    assert told[Place.SENSE].like_at == (Place.SENSE, Place.G2, Place.F)
+    assert told[Place.G1].same_at == (Place.G1,)
+    assert told[Place.SENSE].same_at == (Place.SENSE, Place.G2)
 
 
 def test_what_shows_only_while_f_moves_may_have_entered_in_front_of_it() -> None:

@@ -65,7 +65,8 @@ def test_blemishes_alone_explain_nothing_that_noise_cannot_make(over: float, ver
 
 
 @pytest.mark.parametrize(("size_v", "others", "told"), [
-    (0.2, ("G2",), "would do nearly as well"), (-0.2, ("source", "G1", "F", "G2"), "where the mismatch enters is open"),
+    (0.2, ("G2",), "; at G2 it would give exactly the same data."),
+    (-0.2, ("source", "G1", "F", "G2"), "where the mismatch enters is open"),
 ])  # fmt: skip
 def test_an_answer_says_that_a_place_is_open_where_held_out_runs_are_no_better_for_it(
     size_v: float, others: tuple[str, ...], told: str
@@ -79,6 +80,8 @@ def test_an_answer_says_that_a_place_is_open_where_held_out_runs_are_no_better_f
     assert answer.location is not None
     assert (answer.location.stage, set(answer.location.alternatives)) == ("sense", set(others))
     assert told in answer.location.sentence
+    assert answer.location.to_dict()["same_data"] == ["G2"]
+    assert answer.entered[0].stage == "sense"
     assert bool(answer.effects) is (size_v > 0.0)
     ends = "what it is stays open." if size_v > 0.0 else "The mismatch is not explained; where it enters is open."
     assert answer.remaining.sentence.endswith(ends)

@@ -133,6 +133,18 @@ def test_the_stage_of_a_name_for_exactly_the_same_data_is_right_where_the_true_o
     assert told["right stage, names for exactly the same data taken as one"] == "2 of 3 (67 %)"
 
 
+def test_outside_a_stage_that_is_said_to_give_exactly_the_same_data_is_counted_beside_the_one_told():
+    """Not in its place: G2 alone is right for what was there, and another that is only listed is not."""
+    same, listed = (entry("outside", ["echo"], verdict="unexplained", stage="sense", number=n) for n in (2, 3))
+    same["reply"]["said"]["location"]["same_data"] = ["G2"]
+    listed["reply"]["said"]["location"]["alternatives"] = ["G2"]
+    table = short([opened(e) for e in (UNHEARD, same, listed)], {}).splitlines()
+    told = dict(line.strip("| ").split(" | ")[::2] for line in table if line.startswith("| "))
+    assert told["outside the catalogue: right stage"] == "1 of 3 (33 %)"
+    alike = "right stage, or one told at which it is said to give exactly the same data"
+    assert told[alike] == "2 of 3 (67 %)"
+
+
 def test_odds_are_compared_with_what_was_true():
     claims = [claim for o in ALL for claim in o.claims()]
     assert [(c.probability, c.true) for c in claims] == [
