@@ -79,9 +79,16 @@ def write(
 
 
 def with_protocols(told: "Explanation", written: Sequence[Written]) -> "Explanation":
-    """Return the explanation whose undecided findings name the protocols that would separate them."""
+    """Return the explanation whose undecided findings name the protocols that would separate them.
+
+    Of what has no name the last is the law that was located; others are of the readings.
+    """
     by_set = {(w.separation.id, w.separation.stage): w.sentence for w in written}
-    effects = tuple(replace(f, would_separate=by_set.get((f.id, f.stage), f.would_separate)) for f in told.effects)
+    last = {(f.id, f.stage): f for f in told.effects}
+    effects = tuple(
+        replace(f, would_separate=by_set[key]) if (key := (f.id, f.stage)) in by_set and f is last[key] else f
+        for f in told.effects
+    )
     return replace(told, effects=effects)
 
 

@@ -24,6 +24,7 @@ OFTENER = 2.0  # times as often as readings one step apart: noise alone has them
 BROUGHT_ON = 0.2  # by which the same once more may be likelier after such a one: at rest without noise all are
 LEAST, MOST = 0.001, 0.7  # of all readings: more are those of a converter that is slower than its clock
 CONVINCING = 1e-6  # chance of so many
+RECUR = 0.9  # of all readings that differ from the one before: fewer distinct ones lie on a grid, if a rounded one
 
 
 @final
@@ -49,7 +50,7 @@ def doubled(traces: Sequence[Trace], noise_v: float) -> tuple[tuple[Trace, ...],
 
     As they are where there are none. ``noise_v`` is the noise of a reading, V.
     """
-    step_v = grid_step_v(traces)
+    step_v = max(map(_step_v, traces), default=0.0)
     moves = [np.diff(trace.y[:]) for trace in traces]
     use = [good(trace)[1:] & good(trace)[:-1] for trace in traces]
     count = sum(int(np.count_nonzero(each)) for each in use)
@@ -67,6 +68,20 @@ def doubled(traces: Sequence[Trace], noise_v: float) -> tuple[tuple[Trace, ...],
     told = DoubledReadings({"share": share}, p_value, f"{same} of {count} readings")
     late = (np.flatnonzero(each) + 1 for each in again)
     return tuple(without(trace, at) for trace, at in zip(traces, late, strict=True)), (told,)
+
+
+def _step_v(trace: Trace) -> float:
+    """Return the step of the grid on which readings lie, V; 0 where they lie on none.
+
+    Of a grid that a table gave with few digits it is the usual distance between readings.
+    """
+    exact = grid_step_v([trace])
+    if exact:
+        return exact
+    readings = trace.y[good(trace)]
+    distinct = np.unique(readings)
+    recur = distinct.size < RECUR * (1 + np.count_nonzero(np.diff(readings)))
+    return float(np.median(np.diff(distinct))) if recur and distinct.size > 1 else 0.0
 
 
 def _one_apart(moves: Array, step_v: float) -> Mask:

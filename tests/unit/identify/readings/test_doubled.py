@@ -7,6 +7,7 @@ import pytest
 
 from identify.chain import plain_chain, simulate
 from identify.explain.explain import explain
+from identify.noise import grid_step_v
 from identify.readings.doubled import COARSE, doubled
 from identify.readings.received import received
 from identify.unnamed.correction import UNNAMED
@@ -51,6 +52,16 @@ def test_noise_in_steps_repeats_no_reading_oftener_than_it_does(lsb):
     seen, told = doubled(traces, NOISE_V)
     assert not told
     assert all(one is other for one, other in zip(seen, traces, strict=True))
+
+
+@pytest.mark.parametrize(("lsb", "digits"), [(0.34, 3), (0.72, 3), (3.3, 2)])
+def test_steps_that_a_table_gave_with_few_digits_are_steps_all_the_same(lsb, digits):
+    """No grid holds them exactly: a converter of 0.343 mV with noise of 0.2 mV has 0.5 % of its readings twice."""
+    step_v = lsb * NOISE_V
+    traces = [replace(t, y=np.round(step_v * np.rint(t.y / step_v), digits)) for t in CLEAN]
+    assert not grid_step_v(traces)
+    assert sum(np.count_nonzero(np.diff(t.y) == 0.0) for t in traces) > 0.005 * sum(t.size for t in traces)
+    assert not doubled(traces, NOISE_V)[1]
 
 
 def test_what_rests_without_noise_is_no_reading_once_more():
