@@ -78,7 +78,7 @@ def _step_v(trace: Trace) -> float:
     exact = grid_step_v([trace])
     if exact:
         return exact
-    readings = trace.y[good(trace)]
+    readings = trace.y[:][good(trace)]
     distinct = np.unique(readings)
     recur = distinct.size < RECUR * (1 + np.count_nonzero(np.diff(readings)))
     return float(np.median(np.diff(distinct))) if recur and distinct.size > 1 else 0.0
