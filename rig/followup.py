@@ -99,29 +99,39 @@ def explain(asked: Asked, progress: Progress) -> Followed:
     Raises what loading, explaining and playing raise.
     """
     runs = workflow.load(asked.runs, asked.rig, asked.hold_out, asked.calibration)
-    _playable(asked, runs.traces)
+    _held(asked, runs.traces)
     if asked.device:
         asked = replace(asked, device=session.at_rig(asked.device, runs.rig))
     stretch = 1.0 / (1 + ROUNDS) if asked.device else 1.0
     told = first = workflow.explain_runs(runs, part(progress, 0.0, 0.9 * stretch))
-    written = _written(asked, runs, told, part(progress, 0.9 * stretch, stretch))
+    sets = written = _written(asked, runs, told, part(progress, 0.9 * stretch, stretch))
     rounds: list[Round] = []
-    while asked.device and len(rounds) < ROUNDS and any(w.path for w in written):
+    while asked.device and len(rounds) < ROUNDS and any(w.path for w in sets):
         start = (1 + len(rounds)) * stretch
-        rounds.append(Round(written, _recorded(written, asked.device, part(progress, start, start + 0.1 * stretch))))
+        rounds.append(Round(sets, _recorded(sets, asked.device, part(progress, start, start + 0.1 * stretch))))
         new = [str(path) for each in rounds for path in each.recordings]
         runs = workflow.load([*asked.runs, *new], asked.rig, asked.hold_out, asked.calibration)
         told = workflow.explain_runs(runs, part(progress, start + 0.1 * stretch, start + 0.9 * stretch))
         told = workflow.revised(told, [w.separation.members for each in rounds for w in each.written])
         written = _written(asked, runs, told, part(progress, start + 0.9 * stretch, start + stretch))
+        sets = _unasked(written, rounds)
     return Followed(first, with_protocols(told, written), runs, tuple(rounds), written, asked.folder, asked.device)
 
 
-def _playable(asked: Asked, traces: Sequence[Trace]) -> None:
+def _held(asked: Asked, traces: Sequence[Trace]) -> None:
     """Raise UsageError where a recording of a device could not be explained together with what was given."""
     if asked.device and any(t.intersample != "held" for t in traces):
         raise UsageError("--follow-up needs recordings of a DAC that holds its level", value=traces[0].intersample,
                          do="explain without it")
+
+
+def _unasked(written: Sequence[Written], rounds: Sequence[Round]) -> tuple[Written, ...]:
+    """Return the sets that one more round may decide: not that of places again.
+
+    What was played for it were stimuli of every kind, and others of the same kinds tell no more.
+    """
+    once = any(w.separation.of_places for each in rounds for w in each.written)
+    return tuple(w for w in written if not (once and w.separation.of_places))
 
 
 def _written(asked: Asked, runs: Runs, told: "Explanation", progress: Progress) -> tuple[Written, ...]:

@@ -62,6 +62,11 @@ class Separation:
     sentence: str
 
     @property
+    def of_places(self) -> bool:
+        """Return whether its members are places at which what has no name may have come in."""
+        return self.id == UNNAMED
+
+    @property
     def name(self) -> str:
         """Return a name for its files."""
         return f"separate_{self.id}_{self.stage}"

@@ -1,5 +1,6 @@
 """May what separates be longer than what is compared whole, and is it said of what it separates alone?"""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from identify.explain.contenders import Contender
 from identify.explain.explanation import Alternative, Finding
 from identify.explain.separate import Separation
 from identify.trace import Trace
+from rig.followup import Round, _unasked
 from rig.limits import Limits
 from rig.separating import MOST_SAMPLES, Written, _room, with_protocols
 from rig.workflow import Runs
@@ -28,13 +30,22 @@ def found(name, stage, others=()):
     return Finding(name, stage, "form", 0.6, {}, "", "", tuple(Alternative(*o, 0.3) for o in others), "a cable")
 
 
+MEMBERS = Contender("unnamed", "F", 0.6), Contender("unnamed", "sense", 0.4)
+PLACES = Separation("unnamed", "F", MEMBERS, (), 2.0, 12.0, (), "2 s of it")
+
+
+def test_where_something_enters_is_asked_once_and_its_name_as_often_as_it_is_open():
+    places, names = (Written(s, Path("separate.yaml")) for s in (PLACES, replace(PLACES, id="extra_pole")))
+    assert _unasked((places, names), []) == (places, names)
+    assert _unasked((places, names), [Round((names,), ())]) == (places, names)
+    assert _unasked((places, names), [Round((places,), ())]) == (names,)
+
+
 def test_what_separates_is_said_of_the_set_and_of_what_was_located_alone():
     """Readings without a name, found in themselves, enter nowhere else."""
     pole, readings, law = found("extra_pole", "G1", [("dead_time", "G2")]), found("unnamed", "F"), found("unnamed", "F")
-    members = Contender("unnamed", "F", 0.6), Contender("unnamed", "sense", 0.4)
-    separation = Separation("unnamed", "F", members, (), 2.0, 12.0, (), "2 s of it")
-    told = with_protocols(explanation(effects=(pole, readings, law)), [Written(separation, Path("separate.yaml"))])
+    told = with_protocols(explanation(effects=(pole, readings, law)), [Written(PLACES, Path("separate.yaml"))])
     assert [f.would_separate for f in told.effects] == ["a cable", "a cable", "separate.yaml: 2 s of it"]
     assert not explanation(effects=(readings, law)).is_open
-    assert explanation(effects=(readings, law), entered=members).is_open
+    assert explanation(effects=(readings, law), entered=MEMBERS).is_open
     assert explanation(effects=(pole,)).is_open
