@@ -8,6 +8,7 @@ counted in whole answers and in long tests, which makes them take up to twice as
 """
 
 import os
+import shutil
 import signal
 import tempfile
 from collections.abc import Generator, Iterator
@@ -73,6 +74,11 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object
         _nice(USUAL)
         if counting is not None:
             os.environ[COUNTING] = counting
+
+
+def pytest_unconfigure() -> None:
+    """Leave no folder of locks behind."""
+    shutil.rmtree(os.environ[FOLDER_VARIABLE], ignore_errors=True)
 
 
 def _among(places: tuple[str, ...], item: pytest.Item) -> bool:
