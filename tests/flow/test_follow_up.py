@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from rig import followup, session
 from rig.rigfile import model_to_yaml
 from tests.flow.console import Ended, refused, rig
 from tests.proof.cases import Concealed
@@ -100,17 +101,21 @@ def test_where_physics_of_no_catalogue_enters_is_asked_of_the_device_too(tmp_pat
     where = stand(tmp_path / "bench.json", RC, (Concealed("tired_source", {"k": 0.02}),), 3)
     (tmp_path / "my_rig.yaml").write_text(model_to_yaml(model_of(RC)))
     (tmp_path / "short.yaml").write_text(SHORT)
-    assert rig("run", "short.yaml", "--device", where, cwd=tmp_path).code == 0
-    ended = rig("explain", "short.h5", "--follow-up", where, "--json", "a.json", cwd=tmp_path)
-    last = json.loads((tmp_path / "a.json").read_text(encoding="utf-8"))
-    (asked,) = last["follow_up"]["rounds"][0]["sets"]
-    assert {member["id"] for member in asked["set"]} == {"unnamed"}
-    assert len(asked["set"]) > 1
-    assert "source" in [member["stage"] for member in asked["set"]]
-    assert "if one of these were all there is" in asked["sentence"]
-    assert "  decided  an unnamed law in " in ended.out
-    assert (last["location"]["stage"], last["location"]["alternatives"]) == ("source", [])
-    assert [(e["id"], e["stage"]) for e in last["effects"]] == [("unnamed", "source")]
-    assert last["separation"] == []
-    protocol = (tmp_path / asked["protocol"]).read_text(encoding="utf-8")
+    recording = tmp_path / "short.h5"
+    assert session.record(tmp_path / "short.yaml", where, recording, lambda done, total: None).outcome.failure is None
+    asked = followup.Asked((str(recording),), None, (), tmp_path, where)
+    followed = followup.explain(asked, lambda sentence, share: None)
+    ((played,),) = (each.written for each in followed.rounds)
+    assert {name for name, _ in played.members} == {"unnamed"}
+    assert len(played.members) > 1
+    assert "source" in [stage for _, stage in played.members]
+    assert "if one of these were all there is" in played.sentence
+    assert any(line.startswith("  decided  an unnamed law in ") for line in followup.words(followed))
+    last = followed.told.location
+    assert last is not None
+    assert (last.stage, last.alternatives) == ("source", ())
+    assert [(f.id, f.stage) for f in followed.told.effects] == [("unnamed", "source")]
+    assert followed.open == ()
+    assert played.path is not None
+    protocol = played.path.read_text(encoding="utf-8")
     assert all(kind in protocol for kind in ("staircase:", "sine:", "multisine:"))
