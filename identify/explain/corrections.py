@@ -24,7 +24,19 @@ from identify.unnamed.linear import Bypass, Filter, OneWay, SlowFilter
 from identify.unnamed.lines import Flutter, GapRipple, Line, Ripple
 from identify.unnamed.maps import LevelMap, LevelTable, RateGain, RateMap, SourceGain, SourceMap, Trailing
 from identify.unnamed.memory import BorderMap, BorderOverRate, GapAfterTurn, GapOverRate, Leak, Plateau
-from identify.unnamed.modulation import GapAfterLoad, Heated, Leaning, Moved, Sag, Swiftness, Warming
+from identify.unnamed.modulation import (
+    GapAfterLoad,
+    GapAfterMotion,
+    GapAfterUse,
+    Heated,
+    Leaning,
+    Moved,
+    Rectified,
+    Sag,
+    Stirred,
+    Swiftness,
+    Warming,
+)
 from identify.unnamed.timed import (
     Ageing,
     ClockMap,
@@ -176,8 +188,9 @@ def _mixed(evidence: Evidence, name: str) -> Iterator[Correction]:
         yield GapRipple(Place.F, (ripple_hz(evidence, Place.F),), name)
     slowest = slowest_s(evidence)
     lags = tuple(np.geomspace(slowest, max(100.0 * slowest, evidence.longest_s), LAGS).tolist())
-    yield from (kind(place, lags, name) for kind in (Warming, Sag, Leaning, Moved, Heated) for place in kind.places)
-    yield GapAfterLoad(Place.F, lags, name)
+    gains, offsets, gaps = (Warming, Sag, Leaning, Moved), (Heated, Rectified, Stirred), (GapAfterLoad, GapAfterUse)
+    for kind in (*gains, *offsets, *gaps, GapAfterMotion):
+        yield from (kind(place, lags, name) for place in kind.places)
     for place in (Place.G1, Place.G2):
         yield Swiftness(place, with_zero(level_knots(evidence, place, SPEEDS)), name)
 

@@ -25,17 +25,18 @@ class Warming(OverLevel):
     knot_unit = "s"
     weights = (("warm", "V^-2"),)
     places: ClassVar[tuple[Place, ...]] = (Place.SOURCE, Place.G1, Place.F, Place.SENSE)
+    travelled: ClassVar[bool] = False  # whether what is felt is the way of the recent past: a rate times the lag
     curved = False
     single = True
     least = 1
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal times one plus the weighted lags of its load."""
-        past = _past(self.knots, values, grid, self.load(grid))
+        past = _past(self.knots, values, grid, self.load(grid), self.travelled)
         return lambda block: np.asarray(block.signal * (1.0 + past(block)))
 
     def load(self, grid: Grid) -> Run:
-        """Return what of the signal is felt later: heat goes with its square."""
+        """Return what of the signal is felt later."""
         return _heat
 
 
@@ -50,7 +51,7 @@ class Sag(Warming):
 
     def load(self, grid: Grid) -> Run:
         """Return the size of the signal."""
-        return lambda block: np.abs(block.signal)
+        return _size
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,7 @@ class Leaning(Warming):
 
     def load(self, grid: Grid) -> Run:
         """Return the signal."""
-        return lambda block: block.signal
+        return _level
 
 
 @dataclass(frozen=True)
@@ -74,9 +75,10 @@ class Moved(Warming):
 
     form = "gain after motion"
     kind = "a gain that follows the motion of the recent past"
-    equation = "s' = s (1 + sum of a_k T_k), T_k = abs(ds/dt) / (1 + s tau_k) in operator form"
-    weights = (("move", "s/V"),)
-    places = (Place.G1, Place.F, Place.SENSE)
+    equation = "s' = s (1 + sum of a_k T_k), T_k = tau_k abs(ds/dt) / (1 + s tau_k) in operator form"
+    weights = (("move", "V^-1"),)
+    travelled = True
+    places = (Place.SOURCE, Place.G1, Place.F, Place.SENSE)
 
     @property
     def axis(self) -> str:
@@ -85,8 +87,7 @@ class Moved(Warming):
 
     def load(self, grid: Grid) -> Run:
         """Return how fast the signal moves either way, V/s."""
-        rate = rate_of(grid)
-        return lambda block: np.abs(rate(block))
+        return _motion(grid)
 
 
 @dataclass(frozen=True)
@@ -101,8 +102,42 @@ class Heated(Warming):
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal plus the weighted lags of its load."""
-        past = _past(self.knots, values, grid, self.load(grid))
+        past = _past(self.knots, values, grid, self.load(grid), self.travelled)
         return lambda block: np.asarray(block.signal + past(block))
+
+
+@dataclass(frozen=True)
+class Rectified(Heated):
+    """A zero that follows the size of the signal in the recent past, as where a part of it is rectified and stored."""
+
+    form = "offset after use"
+    kind = "an offset that follows the use of the recent past"
+    equation = "s' = s + sum of a_k T_k, T_k = abs(s) / (1 + s tau_k) in operator form"
+    weights = (("sag", "V/V"),)
+
+    def load(self, grid: Grid) -> Run:
+        """Return the size of the signal."""
+        return _size
+
+
+@dataclass(frozen=True)
+class Stirred(Heated):
+    """A zero that follows how much the signal has moved of late, as of a charge that every movement brings along."""
+
+    form = "offset after motion"
+    kind = "an offset that follows the motion of the recent past"
+    equation = "s' = s + sum of a_k T_k, T_k = tau_k abs(ds/dt) / (1 + s tau_k) in operator form"
+    weights = (("move", "V/V"),)
+    travelled = True
+
+    @property
+    def axis(self) -> str:
+        """Return the coordinate."""
+        return RATES[self.place]
+
+    def load(self, grid: Grid) -> Run:
+        """Return how fast the signal moves either way, V/s."""
+        return _motion(grid)
 
 
 @dataclass(frozen=True)
@@ -112,8 +147,10 @@ class GapAfterLoad(PlayCorrection):
     form = "gap after load"
     kind = "a gap that follows the load of the recent past"
     equation = "D_L + c_L, D_U - c_U, each a sum of a_k T_k, T_k = v^2 / (1 + s tau_k) in operator form"
+    plainly = Heated.form
     knot_unit = "s"
     weights = (("L", "V^-1"), ("U", "V^-1"))
+    travelled: ClassVar[bool] = False  # whether what is felt is the way of the recent past: a rate times the lag
     curved = False
     single = True
     least = 1
@@ -125,19 +162,77 @@ class GapAfterLoad(PlayCorrection):
 
     def played(self, borders: Values, values: Values, grid: Grid) -> Run:
         """Return the operator whose borders follow the load."""
-        lower, upper = (_past(self.knots, part, grid, _heat) for part in self.split(values))
+        lower, upper = (
+            _past(self.knots, part, grid, self.load(grid), self.travelled) for part in self.split(values)
+        )
         return widened_play(borders, lower, upper)
+
+    def load(self, grid: Grid) -> Run:
+        """Return what of v is felt later."""
+        return _heat
+
+
+@dataclass(frozen=True)
+class GapAfterUse(GapAfterLoad):
+    """A gap that follows the size of v in the recent past."""
+
+    form = "gap after use"
+    plainly = Rectified.form
+    kind = "a gap that follows the use of the recent past"
+    equation = "D_L + c_L, D_U - c_U, each a sum of a_k T_k, T_k = abs(v) / (1 + s tau_k) in operator form"
+    weights = (("L", "V/V"), ("U", "V/V"))
+
+    def load(self, grid: Grid) -> Run:
+        """Return the size of v."""
+        return _size
+
+
+@dataclass(frozen=True)
+class GapAfterMotion(GapAfterLoad):
+    """A gap that follows how much v has moved of late, as of a lubricant that movement heats."""
+
+    form = "gap after motion"
+    plainly = Stirred.form
+    kind = "a gap that follows the motion of the recent past"
+    equation = "D_L + c_L, D_U - c_U, each a sum of a_k T_k, T_k = tau_k abs(dv/dt) / (1 + s tau_k) in operator form"
+    weights = (("L", "V/V"), ("U", "V/V"))
+    travelled = True
+
+    @property
+    def axis(self) -> str:
+        """Return the coordinate."""
+        return RATES[Place.G1]
+
+    def load(self, grid: Grid) -> Run:
+        """Return how fast v moves either way, V/s."""
+        return _motion(grid)
 
 
 def _heat(block: Block) -> Array:
-    """Return what a signal heats a part by, in units of its own."""
+    """Return what a signal heats a part by, in units of its own: heat goes with its square."""
     return np.square(block.signal)
 
 
-def _past(lags_s: Sequence[float], weights: Values | Array, grid: Grid, load: Run) -> Run:
-    """Return what a load makes behind lags, weighed."""
+def _size(block: Block) -> Array:
+    """Return the size of a signal."""
+    return np.abs(block.signal)
+
+
+def _level(block: Block) -> Array:
+    """Return a signal."""
+    return block.signal
+
+
+def _motion(grid: Grid) -> Run:
+    """Return how fast a signal moves either way, V/s."""
+    rate = rate_of(grid)
+    return lambda block: np.abs(rate(block))
+
+
+def _past(lags_s: Sequence[float], weights: Values | Array, grid: Grid, load: Run, travelled: bool) -> Run:
+    """Return what a load makes behind lags, weighed; of a rate that is ``travelled``, each times its lag."""
     lags = [
-        (a, run_linear(stepper((1.0,), (tau, 1.0), grid.step_s, "ramp")))
+        (a * tau if travelled else a, run_linear(stepper((1.0,), (tau, 1.0), grid.step_s, "ramp")))
         for a, tau in zip(weights, lags_s, strict=True) if a
     ]  # fmt: skip
 

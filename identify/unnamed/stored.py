@@ -29,7 +29,19 @@ from identify.unnamed.maps import (
     Trailing,
 )
 from identify.unnamed.memory import BorderMap, BorderOverRate, GapAfterTurn, GapOverRate, Leak, Plateau
-from identify.unnamed.modulation import GapAfterLoad, Heated, Leaning, Moved, Sag, Swiftness, Warming
+from identify.unnamed.modulation import (
+    GapAfterLoad,
+    GapAfterMotion,
+    GapAfterUse,
+    Heated,
+    Leaning,
+    Moved,
+    Rectified,
+    Sag,
+    Stirred,
+    Swiftness,
+    Warming,
+)
 from identify.unnamed.timed import (
     Ageing,
     ClockMap,
@@ -55,7 +67,8 @@ KINDS: dict[str, type[Correction]] = {
         SlowFilter, OneWay, Bypass, Hysteresis, Relays, Sticking, Giving, Plateau, GapOverRate, GapAfterTurn, ClockMap,
         OffsetSteps, OffsetInRun, Moments, GainMap, GainSteps, GainInRun, GapOverClock, GapSteps, GapInRun, Ageing,
         Line, Ripple, GapRipple, Warming, Sag, Heated, GapAfterLoad, Swiftness, LevelTable, LeadSteps,
-        LeadDrift, BorderOverRate, Kicking, Leaning, Moved, AfterContact, AfterEither, Flutter,
+        LeadDrift, BorderOverRate, Kicking, Leaning, Moved, AfterContact, AfterEither, Flutter, Rectified, Stirred,
+        GapAfterUse, GapAfterMotion,
     )
 }  # fmt: skip
 

@@ -234,6 +234,16 @@ def _worked(rng: Rng, reach: Reach) -> Scaled:
     return lambda strength: {"k": 0.5 * strength, "tau": tau, "top": top}
 
 
+def _stirred(rng: Rng, reach: Reach) -> Scaled:
+    tau = between(rng, 0.02, 0.5)
+    return lambda strength: {"k": 0.5 * reach.rig.half_gap_v * strength, "tau": tau, "top": reach.speed_v}
+
+
+def _rectified_offset(rng: Rng, reach: Reach) -> Scaled:
+    tau = between(rng, 0.01, 0.5)
+    return lambda strength: {"k": 0.2 * strength, "tau": tau}
+
+
 def _rounded_slew(rng: Rng, reach: Reach) -> Scaled:
     """Return the draw of an amplifier that slews with rounded corners: the slower, the longer its lag is, too."""
     fastest, share = reach.speed_v * max(reach.rig.s_l, reach.rig.s_u), between(rng, 0.05, 0.5)
@@ -499,4 +509,6 @@ UNHEARD: tuple[Kind, ...] = (
     Kind("worked_gain", "F", "worked_gain", _worked),
     Kind("late_converter", "sense", "late_converter", _one("late", lambda r: 2e-3)),
     Kind("later_contact", "F", "later_contact", _one("k", lambda r: 0.3 * r.rig.half_gap_v / r.speed_v)),
+    Kind("stirred_gap", "F", "stirred_gap", _stirred),
+    Kind("rectified_offset", "G1", "rectified_offset", _rectified_offset),
 )

@@ -346,6 +346,18 @@ def worked_gain(w: Array, scene: Scene) -> Array:
     return np.asarray(w * (1.0 - scene.values["k"] * lag(moves, scene.values["tau"], scene)))
 
 
+def stirred_gap(v: Array, scene: Scene) -> Array:
+    """Move both borders out by ``k`` [V] times how much v moved of late: abs(dv/dt), in units of ``top`` [V/s]."""
+    moves = lag(np.abs(np.gradient(v, scene.grid.step_s)) / scene.values["top"], scene.values["tau"], scene)
+    wider, rig = scene.values["k"] * moves, scene.rig
+    return play(rig.s_l * (v - rig.d_l_v - wider), rig.s_u * (v - rig.d_u_v + wider), 0.0, 1.0, 0.0)
+
+
+def rectified_offset(v: Array, scene: Scene) -> Array:
+    """Add k times the size of v behind ``tau`` [s]: a part of v is rectified and charges a capacitor in its path."""
+    return np.asarray(v + scene.values["k"] * lag(np.abs(v), scene.values["tau"], scene))
+
+
 def late_converter(y: Array, scene: Scene) -> Array:
     """Read every second time ``late`` [s] after the instant: two converters in turn, of which one is late."""
     late_s = np.where(np.arange(y.size) % 2 == 1, scene.values["late"], 0.0)
@@ -380,6 +392,8 @@ OUTSIDE: dict[str, tuple[Place, Change]] = {
     "ringing_contact": ("play", ringing_contact),
     "worked_gain": ("w", worked_gain),
     "late_converter": ("y", late_converter),
+    "stirred_gap": ("play", stirred_gap),
+    "rectified_offset": ("v", rectified_offset),
     "later_contact": ("play", later_contact),
     "wearing_gap": ("play", wearing_gap),
     "crossover": ("w", crossover),

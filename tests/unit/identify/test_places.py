@@ -39,6 +39,8 @@ PLANTED = {  # law -> its values, the stage, the forms that may tell it, the lea
     "kicking_contact": ({"kick": 0.2}, Place.F, {"kick at opening"}, 0.99),
     "ringing_contact": ({"size": 0.2, "frequency": 150.0}, Place.F, {"after contact"}, 0.7),
     "worked_gain": ({"k": 0.02, "tau": 0.1, "top": 600.0}, Place.F, {"gain after motion"}, 0.9),
+    "stirred_gap": ({"k": 0.1, "tau": 0.1, "top": 100.0}, Place.F, {"gap after motion"}, 0.9),
+    "rectified_offset": ({"k": 0.05, "tau": 0.1}, Place.G1, {"offset after use"}, 0.9),
     "late_converter": ({"late": 2e-5}, Place.SENSE, {"ripple of the delay"}, 0.9),
     "later_contact": ({"k": 1e-3}, Place.F, {"either border over the rate", "map of the rate"}, 0.9),
     "crosstalk": ({"size": 0.2, "level": 0.7}, Place.SENSE, {"map of the source"}, 0.6),

@@ -16,7 +16,7 @@ from identify.simulate import Player
 from identify.stage import Block, Grid, Place
 from identify.unnamed.correction import Correction
 from identify.unnamed.maps import LevelMap
-from identify.unnamed.modulation import Leaning, Moved
+from identify.unnamed.modulation import GapAfterMotion, GapAfterUse, Leaning, Moved, Rectified, Stirred
 from identify.unnamed.stored import KINDS, correction_of
 from rig.rigfile import model_to_dict, model_to_yaml, parse_rig
 from tests.proof.rigs import OP_AMP
@@ -102,11 +102,22 @@ def test_it_runs_the_same_in_one_piece_and_in_many(form: str) -> None:
 
 
 def test_a_gain_leans_as_its_signal_stood_and_falls_as_it_moved() -> None:
-    """At 2 V for long, and on a ramp of 3 V/s: by the level and by the rate, once the lag of 10 ms has passed."""
-    grid = Grid("run", 1e-4, 1, 0.0, 0.0)
-    for kind, signal, load in ((Leaning, np.full(3000, -2.0), -2.0), (Moved, -3.0 * np.arange(3000) * 1e-4, 3.0)):
+    """At 2 V for long, and on a ramp of 3 V/s: by the level and by the way, once the lag of 10 ms has passed."""
+    grid, stood, moved = Grid("run", 1e-4, 1, 0.0, 0.0), np.full(3000, -2.0), -3.0 * np.arange(3000) * 1e-4
+    for kind, signal, load in ((Leaning, stood, -2.0), (Moved, moved, 0.03)):
         out = kind(Place.SENSE, (0.01,)).summed((0.05,), grid)(Block(signal, signal, 0, grid))
         assert out[-1] == pytest.approx(signal[-1] * (1.0 + 0.05 * load), rel=1e-6)
+
+
+def test_an_offset_and_a_gap_follow_how_a_signal_stood_and_moved() -> None:
+    """The same, where zero or both borders follow; w is on the upper border as v falls, and stays as v stands."""
+    grid, stood, moved = Grid("run", 1e-4, 1, 0.0, 0.0), np.full(3000, -2.0), -3.0 * np.arange(3000) * 1e-4
+    for kind, signal, load in ((Rectified, stood, 2.0), (Stirred, moved, 0.03)):
+        out = kind(Place.SENSE, (0.01,)).summed((0.05,), grid)(Block(signal, signal, 0, grid))
+        assert out[-1] == pytest.approx(signal[-1] + 0.05 * load, rel=1e-6)
+    for gap, signal, load in ((GapAfterUse, moved, -moved[-101]), (GapAfterMotion, moved, 0.03)):
+        out = gap(Place.F, (0.01,)).played((2.0, 0.1, 2.0, -0.1), (0.0, 0.05), grid)(Block(signal, signal, 0, grid))
+        assert out[-1] == pytest.approx(2.0 * (signal[-1] + 0.1 + 0.05 * load), rel=1e-4)
 
 
 def test_a_curve_goes_through_its_knots_and_on_straight() -> None:
