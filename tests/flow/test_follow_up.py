@@ -97,8 +97,8 @@ def test_a_folder_that_is_not_there_is_refused_at_once(folder: Path) -> None:
 
 
 def test_where_physics_of_no_catalogue_enters_is_asked_of_the_device_too(tmp_path: Path) -> None:
-    """A reference that gives way under use may act on v or w as well, for all that one walk tells."""
-    where = stand(tmp_path / "bench.json", RC, (Concealed("tired_source", {"k": 0.02}),), 3)
+    """A gain over the rate may be of w or of the reading, for all that one walk tells; x is read as it is."""
+    where = stand(tmp_path / "bench.json", RC, (Concealed("hurried_reading", {"k": 0.02, "top": 600.0}),), 3)
     (tmp_path / "my_rig.yaml").write_text(model_to_yaml(model_of(RC)))
     (tmp_path / "short.yaml").write_text(SHORT)
     recording = tmp_path / "short.h5"
@@ -107,15 +107,16 @@ def test_where_physics_of_no_catalogue_enters_is_asked_of_the_device_too(tmp_pat
     followed = followup.explain(asked, lambda sentence, share: None)
     ((played,),) = (each.written for each in followed.rounds)
     assert {name for name, _ in played.members} == {"unnamed"}
-    assert len(played.members) > 1
-    assert "source" in [stage for _, stage in played.members]
+    assert {stage for _, stage in played.members} >= {"sense", "F"}
     assert "if one of these were all there is" in played.sentence
-    assert any(line.startswith("  decided  an unnamed law in ") for line in followup.words(followed))
+    assert any(line.startswith("  inseparable an unnamed law in ") for line in followup.words(followed))
     last = followed.told.location
     assert last is not None
-    assert (last.stage, last.alternatives) == ("source", ())
-    assert [(f.id, f.stage) for f in followed.told.effects] == [("unnamed", "source")]
-    assert followed.open == ()
+    assert (last.stage, last.alternatives, last.same_data) == ("sense", ("G2",), ("G2",))
+    assert [(f.id, f.stage) for f in followed.told.effects] == [("unnamed", "sense")]
+    (left,) = followed.open
+    assert left.path is None
+    assert "feed the DAQ's input from a calibrated source" in left.sentence
     assert played.path is not None
     protocol = played.path.read_text(encoding="utf-8")
     assert all(kind in protocol for kind in ("staircase:", "sine:", "multisine:"))
