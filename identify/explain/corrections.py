@@ -24,19 +24,7 @@ from identify.unnamed.linear import Bypass, Filter, OneWay, SlowFilter
 from identify.unnamed.lines import Flutter, GapRipple, Line, Ripple
 from identify.unnamed.maps import LevelMap, LevelTable, RateGain, RateMap, SourceGain, SourceMap, Trailing
 from identify.unnamed.memory import BorderMap, BorderOverRate, GapAfterTurn, GapOverRate, Leak, Plateau
-from identify.unnamed.modulation import (
-    GapAfterLoad,
-    GapAfterMotion,
-    GapAfterUse,
-    Heated,
-    Leaning,
-    Moved,
-    Rectified,
-    Sag,
-    Stirred,
-    Swiftness,
-    Warming,
-)
+from identify.unnamed.modulation import AFTER, Swiftness
 from identify.unnamed.timed import (
     Ageing,
     ClockMap,
@@ -188,9 +176,7 @@ def _mixed(evidence: Evidence, name: str) -> Iterator[Correction]:
         yield GapRipple(Place.F, (ripple_hz(evidence, Place.F),), name)
     slowest = slowest_s(evidence)
     lags = tuple(np.geomspace(slowest, max(100.0 * slowest, evidence.longest_s), LAGS).tolist())
-    gains, offsets, gaps = (Warming, Sag, Leaning, Moved), (Heated, Rectified, Stirred), (GapAfterLoad, GapAfterUse)
-    for kind in (*gains, *offsets, *gaps, GapAfterMotion):
-        yield from (kind(place, lags, name) for place in kind.places)
+    yield from (kind(place, lags, name) for kind in AFTER for place in kind.places)
     for place in (Place.G1, Place.G2):
         yield Swiftness(place, with_zero(level_knots(evidence, place, SPEEDS)), name)
 

@@ -1,6 +1,6 @@
 """Which free-form laws let one thing change another: a load the gain, the zero or the gap, the level the speed?"""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -10,13 +10,51 @@ from identify.blocks import run_linear
 from identify.discretise import stepper
 from identify.stage import Block, Grid, Place, Run, Values
 from identify.trace import Array
-from identify.unnamed.correction import PlayCorrection
+from identify.unnamed.correction import Correction, PlayCorrection
 from identify.unnamed.maps import LEVELS, RATES, OverLevel, rate_of
 from identify.unnamed.memory import widened_play
 
 
 @dataclass(frozen=True)
-class Warming(OverLevel):
+class Felt:
+    """What of a signal is felt later: the coordinates it goes with, and what makes it of the signal on a grid.
+
+    Of what is ``travelled``, a rate, the way of the recent past is felt: it counts times the lag.
+    """
+
+    axes: Mapping[Place, str]
+    made: Callable[[Grid], Run]
+    travelled: bool = False
+
+    def past(self, lags_s: Sequence[float], weights: Values | Array, grid: Grid) -> Run:
+        """Return what is felt behind lags, s, weighed."""
+        felt_now = self.made(grid)
+        lags = [
+            (a * tau if self.travelled else a, run_linear(stepper((1.0,), (tau, 1.0), grid.step_s, "ramp")))
+            for a, tau in zip(weights, lags_s, strict=True) if a
+        ]  # fmt: skip
+
+        def run(block: Block) -> Array:
+            felt = block.holding(felt_now(block))
+            return np.asarray(sum(a * lag(felt) for a, lag in lags))
+
+        return run
+
+
+def _motion(grid: Grid) -> Run:
+    """Return how fast a signal moves either way, V/s."""
+    rate = rate_of(grid)
+    return lambda block: np.abs(rate(block))
+
+
+LOAD = Felt(LEVELS, lambda grid: lambda block: np.square(block.signal))  # heat goes with the square
+USE = Felt(LEVELS, lambda grid: lambda block: np.abs(block.signal))
+LEVEL = Felt(LEVELS, lambda grid: lambda block: block.signal)
+MOTION = Felt(RATES, _motion, travelled=True)
+
+
+@dataclass(frozen=True)
+class Warming(Correction):
     """A gain that follows the load of the recent past: the square of the signal behind lags, the knots."""
 
     form = "gain after load"
@@ -25,19 +63,20 @@ class Warming(OverLevel):
     knot_unit = "s"
     weights = (("warm", "V^-2"),)
     places: ClassVar[tuple[Place, ...]] = (Place.SOURCE, Place.G1, Place.F, Place.SENSE)
-    travelled: ClassVar[bool] = False  # whether what is felt is the way of the recent past: a rate times the lag
+    felt: ClassVar[Felt] = LOAD
     curved = False
     single = True
     least = 1
 
-    def summed(self, values: Values, grid: Grid) -> Run:
-        """Return the signal times one plus the weighted lags of its load."""
-        past = _past(self.knots, values, grid, self.load(grid), self.travelled)
-        return lambda block: np.asarray(block.signal * (1.0 + past(block)))
+    @property
+    def axis(self) -> str:
+        """Return the coordinate."""
+        return self.felt.axes[self.place]
 
-    def load(self, grid: Grid) -> Run:
-        """Return what of the signal is felt later."""
-        return _heat
+    def summed(self, values: Values, grid: Grid) -> Run:
+        """Return the signal times one plus the weighted lags of what is felt."""
+        past = self.felt.past(self.knots, values, grid)
+        return lambda block: np.asarray(block.signal * (1.0 + past(block)))
 
 
 @dataclass(frozen=True)
@@ -48,10 +87,7 @@ class Sag(Warming):
     kind = "a gain that follows the use of the recent past"
     equation = "s' = s (1 + sum of a_k T_k), T_k = abs(s) / (1 + s tau_k) in operator form"
     weights = (("sag", "V^-1"),)
-
-    def load(self, grid: Grid) -> Run:
-        """Return the size of the signal."""
-        return _size
+    felt = USE
 
 
 @dataclass(frozen=True)
@@ -63,10 +99,7 @@ class Leaning(Warming):
     equation = "s' = s (1 + sum of a_k T_k), T_k = s / (1 + s tau_k) in operator form"
     weights = (("lean", "V^-1"),)
     places = (Place.SOURCE, Place.G1, Place.SENSE)
-
-    def load(self, grid: Grid) -> Run:
-        """Return the signal."""
-        return _level
+    felt = LEVEL
 
 
 @dataclass(frozen=True)
@@ -77,17 +110,7 @@ class Moved(Warming):
     kind = "a gain that follows the motion of the recent past"
     equation = "s' = s (1 + sum of a_k T_k), T_k = tau_k abs(ds/dt) / (1 + s tau_k) in operator form"
     weights = (("move", "V^-1"),)
-    travelled = True
-    places = (Place.SOURCE, Place.G1, Place.F, Place.SENSE)
-
-    @property
-    def axis(self) -> str:
-        """Return the coordinate."""
-        return RATES[self.place]
-
-    def load(self, grid: Grid) -> Run:
-        """Return how fast the signal moves either way, V/s."""
-        return _motion(grid)
+    felt = MOTION
 
 
 @dataclass(frozen=True)
@@ -101,8 +124,8 @@ class Heated(Warming):
     places = (Place.G1, Place.F, Place.SENSE)
 
     def summed(self, values: Values, grid: Grid) -> Run:
-        """Return the signal plus the weighted lags of its load."""
-        past = _past(self.knots, values, grid, self.load(grid), self.travelled)
+        """Return the signal plus the weighted lags of what is felt."""
+        past = self.felt.past(self.knots, values, grid)
         return lambda block: np.asarray(block.signal + past(block))
 
 
@@ -114,10 +137,7 @@ class Rectified(Heated):
     kind = "an offset that follows the use of the recent past"
     equation = "s' = s + sum of a_k T_k, T_k = abs(s) / (1 + s tau_k) in operator form"
     weights = (("sag", "V/V"),)
-
-    def load(self, grid: Grid) -> Run:
-        """Return the size of the signal."""
-        return _size
+    felt = USE
 
 
 @dataclass(frozen=True)
@@ -128,16 +148,7 @@ class Stirred(Heated):
     kind = "an offset that follows the motion of the recent past"
     equation = "s' = s + sum of a_k T_k, T_k = tau_k abs(ds/dt) / (1 + s tau_k) in operator form"
     weights = (("move", "V/V"),)
-    travelled = True
-
-    @property
-    def axis(self) -> str:
-        """Return the coordinate."""
-        return RATES[self.place]
-
-    def load(self, grid: Grid) -> Run:
-        """Return how fast the signal moves either way, V/s."""
-        return _motion(grid)
+    felt = MOTION
 
 
 @dataclass(frozen=True)
@@ -150,26 +161,20 @@ class GapAfterLoad(PlayCorrection):
     plainly = Heated.form
     knot_unit = "s"
     weights = (("L", "V^-1"), ("U", "V^-1"))
-    travelled: ClassVar[bool] = False  # whether what is felt is the way of the recent past: a rate times the lag
+    felt: ClassVar[Felt] = LOAD
     curved = False
     single = True
     least = 1
 
     @property
     def axis(self) -> str:
-        """Return the coordinate."""
-        return LEVELS[Place.G1]
+        """Return the coordinate: it is v whose past is felt."""
+        return self.felt.axes[Place.G1]
 
     def played(self, borders: Values, values: Values, grid: Grid) -> Run:
-        """Return the operator whose borders follow the load."""
-        lower, upper = (
-            _past(self.knots, part, grid, self.load(grid), self.travelled) for part in self.split(values)
-        )
+        """Return the operator whose borders follow what is felt."""
+        lower, upper = (self.felt.past(self.knots, part, grid) for part in self.split(values))
         return widened_play(borders, lower, upper)
-
-    def load(self, grid: Grid) -> Run:
-        """Return what of v is felt later."""
-        return _heat
 
 
 @dataclass(frozen=True)
@@ -181,10 +186,7 @@ class GapAfterUse(GapAfterLoad):
     kind = "a gap that follows the use of the recent past"
     equation = "D_L + c_L, D_U - c_U, each a sum of a_k T_k, T_k = abs(v) / (1 + s tau_k) in operator form"
     weights = (("L", "V/V"), ("U", "V/V"))
-
-    def load(self, grid: Grid) -> Run:
-        """Return the size of v."""
-        return _size
+    felt = USE
 
 
 @dataclass(frozen=True)
@@ -196,51 +198,12 @@ class GapAfterMotion(GapAfterLoad):
     kind = "a gap that follows the motion of the recent past"
     equation = "D_L + c_L, D_U - c_U, each a sum of a_k T_k, T_k = tau_k abs(dv/dt) / (1 + s tau_k) in operator form"
     weights = (("L", "V/V"), ("U", "V/V"))
-    travelled = True
-
-    @property
-    def axis(self) -> str:
-        """Return the coordinate."""
-        return RATES[Place.G1]
-
-    def load(self, grid: Grid) -> Run:
-        """Return how fast v moves either way, V/s."""
-        return _motion(grid)
+    felt = MOTION
 
 
-def _heat(block: Block) -> Array:
-    """Return what a signal heats a part by, in units of its own: heat goes with its square."""
-    return np.square(block.signal)
-
-
-def _size(block: Block) -> Array:
-    """Return the size of a signal."""
-    return np.abs(block.signal)
-
-
-def _level(block: Block) -> Array:
-    """Return a signal."""
-    return block.signal
-
-
-def _motion(grid: Grid) -> Run:
-    """Return how fast a signal moves either way, V/s."""
-    rate = rate_of(grid)
-    return lambda block: np.abs(rate(block))
-
-
-def _past(lags_s: Sequence[float], weights: Values | Array, grid: Grid, load: Run, travelled: bool) -> Run:
-    """Return what a load makes behind lags, weighed; of a rate that is ``travelled``, each times its lag."""
-    lags = [
-        (a * tau if travelled else a, run_linear(stepper((1.0,), (tau, 1.0), grid.step_s, "ramp")))
-        for a, tau in zip(weights, lags_s, strict=True) if a
-    ]  # fmt: skip
-
-    def run(block: Block) -> Array:
-        felt = block.holding(load(block))
-        return np.asarray(sum(a * lag(felt) for a, lag in lags))
-
-    return run
+AFTER = (  # all that follow the recent past
+    Warming, Sag, Leaning, Moved, Heated, Rectified, Stirred, GapAfterLoad, GapAfterUse, GapAfterMotion,
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

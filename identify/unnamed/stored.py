@@ -29,19 +29,7 @@ from identify.unnamed.maps import (
     Trailing,
 )
 from identify.unnamed.memory import BorderMap, BorderOverRate, GapAfterTurn, GapOverRate, Leak, Plateau
-from identify.unnamed.modulation import (
-    GapAfterLoad,
-    GapAfterMotion,
-    GapAfterUse,
-    Heated,
-    Leaning,
-    Moved,
-    Rectified,
-    Sag,
-    Stirred,
-    Swiftness,
-    Warming,
-)
+from identify.unnamed.modulation import AFTER, Swiftness
 from identify.unnamed.timed import (
     Ageing,
     ClockMap,
@@ -66,9 +54,8 @@ KINDS: dict[str, type[Correction]] = {
         LevelMap, BrokenMap, OuterMap, BorderMap, SourceMap, SourceGain, Leak, RateMap, RateGain, Trailing, Filter,
         SlowFilter, OneWay, Bypass, Hysteresis, Relays, Sticking, Giving, Plateau, GapOverRate, GapAfterTurn, ClockMap,
         OffsetSteps, OffsetInRun, Moments, GainMap, GainSteps, GainInRun, GapOverClock, GapSteps, GapInRun, Ageing,
-        Line, Ripple, GapRipple, Warming, Sag, Heated, GapAfterLoad, Swiftness, LevelTable, LeadSteps,
-        LeadDrift, BorderOverRate, Kicking, Leaning, Moved, AfterContact, AfterEither, Flutter, Rectified, Stirred,
-        GapAfterUse, GapAfterMotion,
+        Line, Ripple, GapRipple, *AFTER, Swiftness, LevelTable, LeadSteps, LeadDrift, BorderOverRate, Kicking,
+        AfterContact, AfterEither, Flutter,
     )
 }  # fmt: skip
 

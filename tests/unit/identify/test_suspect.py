@@ -24,7 +24,7 @@ from identify.unnamed.hysteresis import Relays
 from identify.unnamed.lines import Flutter
 from identify.unnamed.maps import LevelMap, Trailing
 from identify.unnamed.memory import BorderOverRate, GapOverRate
-from identify.unnamed.modulation import Heated, Leaning, Moved
+from identify.unnamed.modulation import AFTER, Heated
 from identify.unnamed.timed import GainSteps, GapSteps, LeadSteps, OffsetSteps, Timed
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
@@ -164,8 +164,12 @@ def test_what_goes_on_after_contact_has_a_law_of_its_own_on_either_side_where_it
 
 def test_what_follows_the_recent_past_and_a_delay_that_ripples_are_tried_wherever_they_may_be() -> None:
     tried = list(corrections(evidence(*FIG13_LEVELS_V)))
-    for kind in (Leaning, Moved, Flutter, AfterContact):
+    for kind in (*AFTER, Flutter, AfterContact):
         assert {c.place for c in tried if type(c) is kind} == set(kind.places)
+    assert {c.form for c in tried} >= {
+        f"{what} after {past}" for what in ("gain", "offset", "gap") for past in ("load", "use", "motion")
+    }
+    assert Place.SOURCE in {c.place for c in tried if c.form == "gain after motion"}
 
 
 def test_one_largest_rate_is_sought_on_either_side_of_zero() -> None:
