@@ -82,6 +82,7 @@ class Answer:
         self.after_v = self.proof.held_out_v if self.proof else self.named_v
         self.improved = self.proof.hypothesis if self.proof else self.better
         self.unvisited = self._unvisited()
+        self.entered = entered(self.beyond, self.unproven)
 
     def _unvisited(self) -> Range | None:
         """Return where held-out runs leave more than noise because no run that was fitted has been there."""
@@ -127,7 +128,7 @@ class Answer:
             remaining=self.remaining(), model=model, plain=self.plain.fit, improved=self.improved.fit,
             train=train, test=self.data.test, profiles=self.profiles(), survey=self.survey,
             warnings=tuple(cautions(self.bench, self.plain, self.better, self.dropped, self.data)),
-            entered=entered(self.beyond, self.unproven) if self.proof or not findings else (),
+            entered=self.entered if self.proof or not findings else (),
         )  # fmt: skip
 
     @property
@@ -206,7 +207,7 @@ class Answer:
         others = tuple(place.label for place in self.beyond.alternatives(self.unproven))
         acts = (correction.axis, correction.place, fitted.fit.chain, base, self.bench.observations)
         ranges = () if correction.axis == "branch" else acting(*acts)
-        same = tuple(place for place in others if place in [p.label for p in correction.same_at])
+        same = tuple(contender.stage for contender in self.entered if contender.exact)
         near = [place for place in others if place not in same]
         also = f"; at {listed(same)} it would give exactly the same data" if same else ""
         also += f"; a correction at {listed(near)} would do nearly as well" if near else ""

@@ -38,9 +38,14 @@ class Contender:
     substeps: int = 1
 
     @property
+    def nameless(self) -> bool:
+        """Return whether it is a law of free form: only near the truth, wherever it is."""
+        return self.id == UNNAMED
+
+    @property
     def label(self) -> str:
         """Return what it is called in sentences."""
-        return f"{'an unnamed law' if self.id == UNNAMED else self.id} in {self.stage}"
+        return f"{'an unnamed law' if self.nameless else self.id} in {self.stage}"
 
     def price(self, count: int) -> float:
         """Return Schwarz's criterion: chi-squared and the price of every number that was searched."""

@@ -14,9 +14,9 @@ from identify.unnamed.correction import UNNAMED
 def entered(found: Located, unproven: bool) -> tuple[Contender, ...]:
     """Return the places that the data do not exclude, the likeliest first, each with its best law as fitted.
 
-    A place at which the best law gives the same data exactly comes without a fit of its own. One at which no law was
-    fitted that foretells anything is left out: nothing says what an experiment would show. Nothing where noise makes
-    all of it.
+    A place at which the best law gives the same data exactly comes without a fit, whatever else fits there. One at
+    which nothing was fitted but a table as fine as the data is left out: nothing says what an experiment would show.
+    There is none where noise makes all of it.
     """
     if not found.significant:
         return ()
@@ -25,12 +25,13 @@ def entered(found: Located, unproven: bool) -> tuple[Contender, ...]:
 
 
 def _at(found: Located, place: Place) -> Contender | None:
-    """Return one place with its best law; None where there is none that foretells."""
+    """Return one place with its best law; None where there is none of few numbers."""
     probability = found.places.get(place, 0.0)
+    if place in found.best.same_at[1:]:
+        return Contender(UNNAMED, place.label, probability, exact=True)
     told = [h for correction, h in found.fitted if correction.place is place and not is_fine(correction)]
-    if told:
-        best = min(told, key=lambda h: h.chi2)
-        substeps = max(o.substeps for o in best.data)
-        return Contender(UNNAMED, place.label, probability, fit=best.fit, chi2=best.chi2, substeps=substeps)
-    same = place in found.best.same_at
-    return Contender(UNNAMED, place.label, probability, exact=True) if same else None
+    if not told:
+        return None
+    best = min(told, key=lambda h: h.chi2)
+    substeps = max(o.substeps for o in best.data)
+    return Contender(UNNAMED, place.label, probability, fit=best.fit, chi2=best.chi2, substeps=substeps)

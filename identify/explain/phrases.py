@@ -16,6 +16,12 @@ TAP = {  # what shows whether a mismatch enters at a stage, whatever is played
 }
 
 
+def probe(stage: str, other: str) -> str:
+    """Return the probe that tells two stages apart: at the end of the signal path that is one of them, else between.
+    """
+    return next(TAP[each] for each in ("source", "sense", "F", "G1") if each in (stage, other))
+
+
 def stretch_told(part: Range) -> str:
     """Return a stretch of a coordinate in words."""
     return f"{shown(part.low, part.unit, 3)} to {shown(part.high, part.unit, 3)} ({100 * part.share:.0f} % of it)"

@@ -28,7 +28,7 @@ def revised(told: Explanation, sets: Sequence[Sequence[Contender]]) -> Explanati
 
     Laws without a name are not: they were the best of what little was there.
     """
-    sets = [members for members in sets if members[0].id != UNNAMED]
+    sets = [members for members in sets if not members[0].nameless]
     for finding in [f for f in told.effects if f.id != UNNAMED]:
         earlier = _own(told, finding, sets)
         known = {(o.id, o.stage) for o in finding.could_also_be} | {(finding.id, finding.stage)}

@@ -15,7 +15,7 @@ from threadpoolctl import threadpool_limits
 from identify.effects import would_separate
 from identify.explain.contenders import Contender, contenders
 from identify.explain.explanation import Explanation, Finding
-from identify.explain.phrases import TAP
+from identify.explain.phrases import probe
 from identify.holdout import settling_s
 from identify.model import Model
 from identify.natural_units import shown
@@ -114,7 +114,7 @@ def _separation(explained: Explanation, members: tuple[Contender, ...], room: Ro
     if not options:
         return _separated(members, (), None, [])
     times_s = [c.time_s for c in options]
-    if members[0].id == UNNAMED:
+    if members[0].nameless:
         choice = of_every_kind(rivals, sums, [kind_of(c) for c in options], times_s, room.time_s)
     else:
         choice = chosen(rivals, sums, times_s, room.time_s)
@@ -195,7 +195,7 @@ def _apart(named: Contender, others: Sequence[Contender], time_s: float, sharpne
     """Return what a protocol tells apart, and how sharply; of laws without a name that is only so far as they go."""
     length, rest = shown(time_s, "s", 2), " and ".join(m.label for m in others)
     tell = f"tell {named.label} from {rest} by {sharpness:.2g} standard deviations or more"
-    if named.id == UNNAMED:
+    if named.nameless:
         return f"{length} of it would {tell}, if one of these were all there is"
     return f"{length} of it are expected to {tell}"
 
@@ -203,7 +203,7 @@ def _apart(named: Contender, others: Sequence[Contender], time_s: float, sharpne
 def _equal(named: Contender, member: Contender) -> str:
     """Return why two members stay together, and what outside the protocol would part them."""
     wanted = would_separate(named.id, named.stage, member.id, member.stage)
-    wanted = wanted or (TAP[named.stage] if named.id == UNNAMED else "")
+    wanted = wanted or (probe(named.stage, member.stage) if named.nameless else "")
     outside = f": {wanted}" if wanted else ", such as a loopback cable or a tap behind G1"
     if member.exact:
         return f"{member.label} gives the same data whatever is played; it takes something else{outside}"

@@ -2,6 +2,7 @@
 
 from identify.explain.explanation import Explanation, Finding
 from identify.explain.phrases import TAP
+from identify.unnamed.correction import UNNAMED
 
 CLOSER = {  # the experiment that shows more of what acts along a coordinate
     "level of u": "play the same with a cable from the DAQ's output to its input: what stays is in source or sense",
@@ -35,7 +36,7 @@ def _about(finding: Finding) -> list[str]:
     if finding.could_also_be and finding.would_separate:
         rivals = " from ".join(name.replace("_", " ") for name in (finding.id, finding.could_also_be[0].id))
         return [f"To tell {rivals}: {finding.would_separate}."]
-    if finding.would_separate:
+    if finding.id == UNNAMED and finding.would_separate:
         return [f"To tell where it enters: {finding.would_separate}."]
     return []
 

@@ -151,9 +151,9 @@ class Bypass(Correction):
         return "level of u"
 
     @property
-    def same_at(self) -> tuple[Place, ...]:
-        """Return its place, and F: what passes the gap alone, linearly, has the way through G1 and G2 besides."""
-        return (*super().same_at, Place.F)
+    def nearly_at(self) -> tuple[Place, ...]:
+        """Return F: what passes the gap alone, linearly, has the way through G1 and G2 besides."""
+        return (Place.F,)
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal plus the weighted copies of the source voltage."""

@@ -9,11 +9,13 @@ from identify.effects import catalogue, chain_of
 from identify.explain import explain
 from identify.explain.answer import Answer
 from identify.explain.bench import Bench
+from identify.explain.entered import entered
 from identify.explain.locate import Located
 from identify.explain.prove import foretells
 from identify.explain.suspect import MOST
 from identify.stage import Place
 from identify.unnamed.correction import Correction
+from identify.unnamed.linear import Bypass, Filter
 from identify.unnamed.lines import Line
 from identify.unnamed.maps import LevelMap, LevelTable
 from identify.unnamed.timed import ClockMap
@@ -46,6 +48,18 @@ def test_where_held_out_data_are_no_better_for_a_correction_no_place_is_excluded
     beyond = Located(PLAIN, ((LevelMap(Place.F, KNOTS), replace(PLAIN, chi2=0.5 * PLAIN.chi2)),), 1e-9, (5.0,))
     assert beyond.alternatives() == ()
     assert set(beyond.alternatives(True)) == set(Place) - {Place.F}
+
+
+def test_a_place_that_gives_the_same_data_has_no_fit_of_its_own_whatever_else_fits_there() -> None:
+    """What the best law does at G2 no stimulus tells from the reading, though a filter there does nearly as well."""
+    table = ClockMap(Place.F, tuple(map(float, range(MOST + 1))))
+    laws = (LevelMap(Place.SENSE, KNOTS), 0.5), (Filter(Place.G2, (1e-3,)), 0.51), (table, 0.52)
+    fitted = tuple((law, replace(PLAIN, chi2=share * PLAIN.chi2)) for law, share in laws)
+    members = entered(Located(PLAIN, fitted, 1e-9, (5.0, 5.0, 5.0)), unproven=True)
+    assert [(c.stage, c.exact, c.fit is not None) for c in members] == [("sense", False, True), ("G2", True, False)]
+    assert entered(Located(PLAIN, fitted, 0.5, (5.0, 5.0, 5.0)), unproven=True) == ()
+    bypass = Bypass(Place.SENSE, (0.0, 1e-3))
+    assert (bypass.same_at, bypass.like_at) == ((Place.SENSE, Place.G2), (Place.SENSE, Place.G2, Place.F))
 
 
 @pytest.mark.parametrize(("over", "verdict", "stage"), [(1.0, "explained", None), (1.2, "partly_explained", "F")])

@@ -323,6 +323,9 @@ def test_physics_without_a_name_shows_its_shape_and_what_to_do_next() -> None:
     asked = replace(told, effects=(replace(unnamed, would_separate="separate_unnamed_F.yaml: 2 s of it"),))
     words = Page(explanation_page(asked).html_with(lambda panel: "")).text("main")
     assert "To tell where it enters: separate_unnamed_F.yaml: 2 s of it." in words
+    sure = replace(explanation().effects[0], could_also_be=())
+    named = Page(explanation_page(explanation(effects=(sure,))).html_with(lambda panel: ""))
+    assert "To tell where it enters" not in named.text("main")
     assert "Nothing else in the catalogue" not in page.text("main")
     (panel,) = place_pictures.shape(unnamed).panels
     assert "from -19.6 mV at 4.5 V to 19.6 mV at -4.5 V" in panel.alt
