@@ -17,6 +17,7 @@ from identify.explain.locate import LIKELY, Located, entered_at, located
 from identify.stage import Place
 from identify.unnamed.hysteresis import Hysteresis
 from identify.unnamed.maps import RateGain, RateMap
+from identify.unnamed.modulation import GapAfterLoad
 from identify.unnamed.timed import ClockMap, GainMap, GainSteps, GapOverClock, OffsetInRun, Timed
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
@@ -96,6 +97,15 @@ def test_a_gain_over_the_rate_that_g2_hardly_changes_may_be_of_f_or_of_the_readi
     assert {"F", "sense"} <= set(fits)
     assert all(f is not None and f.chain.stage_of(RateGain).place.label == stage for stage, f in fits.items())
     assert [(c.stage, c.fit) for c in members if c.exact] in ([], [("G2", None)])
+
+
+def test_a_gap_that_follows_the_past_is_a_disguise_where_an_offset_in_front_of_it_foretells_what_it_does() -> None:
+    """Both borders moved alike are an offset of v: with a number less, and no gap that changes."""
+    told = found(WALK, WAVE, SMALL, AGAIN, physics=Concealed("rectified_offset", {"k": 0.05, "tau": 0.1}))
+    gaps = [(law, fitted) for law, fitted in told.fitted if isinstance(law, GapAfterLoad)]
+    assert min(fitted.chi2 for _, fitted in gaps) == min(fitted.chi2 for _, fitted in told.fitted)
+    assert all(told.foretold(law, fitted) for law, fitted in gaps)
+    assert told.places[Place.G1] > 2.0 * told.places[Place.F]
 
 
 @pytest.mark.parametrize("kind", [ClockMap, GainMap, GainSteps, OffsetInRun])

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from identify.explain.contenders import Contender
 from identify.explain.explanation import Alternative, Finding
 from identify.explain.separate import Separation
 from identify.trace import Trace
+from rig import followup
 from rig.followup import Round, _unasked
 from rig.limits import Limits
 from rig.separating import MOST_SAMPLES, Written, _room, with_protocols
@@ -39,6 +41,20 @@ def test_where_something_enters_is_asked_once_and_its_name_as_often_as_it_is_ope
     assert _unasked((places, names), []) == (places, names)
     assert _unasked((places, names), [Round((names,), ())]) == (places, names)
     assert _unasked((places, names), [Round((places,), ())]) == (names,)
+
+
+@pytest.mark.parametrize(("name", "rounds"), [("unnamed", 1), ("extra_pole", 2)])
+def test_what_stays_open_is_played_for_once_if_it_is_of_places_and_again_if_not(monkeypatch, name, rounds):
+    told, left = explanation(), (Written(replace(PLACES, id=name), Path("separate.yaml")),)
+    answers = {
+        "workflow.load": SimpleNamespace(traces=(), rig=None), "session.at_rig": "device",
+        "workflow.explain_runs": told, "workflow.revised": told, "_written": left, "_recorded": (Path("separate.h5"),),
+    }  # fmt: skip
+    for what, answer in answers.items():
+        monkeypatch.setattr(f"rig.followup.{what}", lambda *_, answer=answer: answer)
+    followed = followup.explain(followup.Asked(("run.h5",), None, (), Path(), "device"), lambda sentence, share: None)
+    assert [each.written for each in followed.rounds] == [left] * rounds
+    assert followed.open == left
 
 
 def test_what_separates_is_said_of_the_set_and_of_what_was_located_alone():
