@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from types import MappingProxyType
 from typing import TypeVar
 
@@ -48,7 +47,7 @@ class Chain:
 
     def of(self, stage: Stage, run: str) -> Values:
         """Return the values of one stage in one run."""
-        values, (names, local) = self.values, _named(stage)
+        values, names, local = self.values, stage.names, stage.local_names
         if not local:
             return tuple(map(values.__getitem__, names))
         return tuple(values.get(local_name(n, run), values[n]) if n in local else values[n] for n in names)
@@ -103,13 +102,6 @@ class Chain:
             if i >= first:
                 runs.append(run)
         return runs
-
-
-@lru_cache(maxsize=1024)
-def _named(stage: Stage) -> tuple[tuple[str, ...], frozenset[str]]:
-    """Return the names of a stage's parameters, and those of which runs have their own: a search asks many times."""
-    parameters = stage.parameters()
-    return tuple(p.name for p in parameters), frozenset(p.name for p in parameters if p.local)
 
 
 def local_name(name: str, run: str) -> str:

@@ -10,26 +10,25 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
 
 from identify.chain import Chain
 from identify.derivatives.sensitivities import sensitivities
+from identify.discretise import Matrix
 from identify.effects.effect import Effect
+from identify.first_order import FirstOrder, Products
 from identify.fit import Fit
 from identify.levels import Levels, hats, knots_between, merit
 from identify.noise import grid_step_v
 from identify.observe import Observation, weighed
 from identify.spectrum import highest_peak_hz
 from identify.stage import Place, Stage
-from identify.taps import Tapped
+from identify.taps import Taps
 from identify.trace import Array
 
-Matrix = NDArray[np.float64]
-FARTHEST = 0.5  # of a search coordinate, that a plain parameter is moved to first order
 SUBSTEPS = 1  # candidates are compared on the samples' own grid: the comparison needs no finer one
 
 
-class Evidence:
+class Evidence(FirstOrder):
     """The residual of a fitted chain on its training data, and what any change of the chain would leave of it."""
 
     def __init__(
@@ -68,14 +67,14 @@ class Evidence:
         return self._ranges[place]
 
     @cached_property
-    def _tapped(self) -> tuple[Tapped, ...]:
+    def _taps(self) -> Taps:
         """Return the fitted chain's signals in every run."""
-        return tuple(Tapped(self.chain, observation) for observation in self.observations)
+        return Taps(self.chain, self.observations)
 
     @cached_property
     def _ranges(self) -> dict[Place, tuple[float, float]]:
         found = dict.fromkeys(Place, (0.0, 0.0))
-        for tapped in self._tapped:
+        for tapped in self._taps.runs:
             for place in Place:
                 tap = tapped.signals[self.chain.index(place) - 1][tapped.observation.use]
                 low, high = found[place]
@@ -95,7 +94,7 @@ class Evidence:
     def rates(self, place: Place) -> tuple[float, ...]:
         """Return rates of change of the signal behind a place, V/s: zero and quantiles of those that occur."""
         at = self.chain.index(place) - 1
-        moves = [np.abs(np.diff(tapped.signals[at])) / self.sample_s for tapped in self._tapped]
+        moves = [np.abs(np.diff(tapped.signals[at])) / self.sample_s for tapped in self._taps.runs]
         moving = np.concatenate(moves)
         top = float(np.max(moving))
         if top == 0.0:
@@ -128,45 +127,29 @@ class Evidence:
         rows[free] = np.concatenate([sensitivities(self.chain, scales, o).slopes() for o in coarse], axis=1)
         return rows
 
-    @cached_property
-    def _normal(self) -> tuple[Matrix, bool]:
-        prior = np.diag([c.prior_sd**-2.0 for c in self.fitted.coordinates])
-        return cho_factor(self.slopes @ self.slopes.T + prior)
-
     def change(self, chain: Chain) -> Array:
         """Return how a chain's answer differs from the fitted one's, in units of the noise."""
-        with np.errstate(over="ignore", invalid="ignore"):
-            return np.concatenate([tapped.change(chain) for tapped in self._tapped])
+        return np.asarray(self.changes([chain])[0])
 
-    def step(self, residual: Array) -> Array:
-        """Return by how much the fitted parameters move to explain a residual to first order, in search coordinates."""
-        return np.asarray(cho_solve(self._normal, self.slopes @ residual)) if self.fitted.coordinates else np.empty(0)
+    def changes(self, chains: Sequence[Chain], unit: float = 1.0) -> Matrix:
+        """Return how answers of chains differ from the fitted one's, in units of the noise and per ``unit``, (m, n)."""
+        return self._taps.changes(chains, unit)
 
-    def left_by(self, residual: Array) -> float:
-        """Return the sum of squares of a residual once the fitted parameters have moved to first order."""
-        if not np.all(np.isfinite(residual)):
-            return float("inf")
-        if not self.fitted.coordinates:
-            return float(residual @ residual)
-        pull = self.slopes @ residual
-        return float(residual @ residual - pull @ cho_solve(self._normal, pull))
-
-    def without_plain(self, rows: Matrix) -> Matrix:
-        """Return rows (m, n) less what the fitted parameters could mimic to first order."""
-        if not self.fitted.coordinates:
-            return rows
-        return np.asarray(rows - (cho_solve(self._normal, self.slopes @ rows.T)).T @ self.slopes)
+    def products_by_run(self, chains: Sequence[Chain], unit: float, owners: Sequence[NDArray[np.intp]]) -> Products:
+        """Return the products of rows that chains make run by run, which are added where ``owners`` of a run say."""
+        size = 1 + max(int(np.max(owner)) for owner in owners)
+        found, p = Products.none(size, len(self.fitted.coordinates)), self._taps.parts
+        for run, part, owner in zip(self._taps.runs, p, owners, strict=True):
+            rows = np.empty((len(chains), run.observation.count))
+            run.write_changes(chains, unit, rows)
+            found.add(self.products_of(rows, part), owner)
+        return found
 
     @cached_property
     def masks(self) -> list[NDArray[np.bool_]]:
         """Return which samples of the joined residual belong to each run."""
         number = np.repeat(np.arange(len(self.observations)), [o.count for o in self.observations])
         return [number == i for i in range(len(self.observations))]
-
-    @cached_property
-    def left(self) -> float:
-        """Return the sum of squares that the fitted chain leaves."""
-        return self.left_by(self.residual)
 
     def gain(self, effect: Effect, values: Mapping[str, float]) -> float:
         """Return by how much chi-squared falls when ``effect`` is put in with ``values`` (by short name)."""
@@ -184,51 +167,6 @@ class Evidence:
         if key not in self._seen:
             self._seen[key] = self.products(self.change(effect.put_in(self.chain, values)))
         return self._seen[key]
-
-    def gained(self, change: Array) -> float:
-        """Return the fall of chi-squared once a change is made and the fitted parameters have moved to first order."""
-        along, energy = self.products(change)
-        return 2.0 * along - energy
-
-    def products(self, change: Array) -> tuple[float, float]:
-        """Return the products of a change with the residual and with itself, less what fitted parameters mimic."""
-        size = float(change @ change)
-        if not np.isfinite(size):
-            return 0.0, float("inf")
-        if not self.fitted.coordinates:
-            return float(self.residual @ change), size
-        moved = self.slopes @ change
-        return float(self._left_over @ change), size - float(moved @ cho_solve(self._normal, moved))
-
-    def normal_of(self, rows: Matrix, change: Array | None = None) -> tuple[Matrix, Array]:
-        """Return curvature (m, m) and slope (m,) of chi-squared's fall along ``rows``, where ``change`` is made."""
-        right = rows @ (self.residual if change is None else self.residual - change)
-        if not self.fitted.coordinates:
-            return rows @ rows.T, right
-        mimic = self.slopes @ rows.T
-        pull = self._pull if change is None else self._pull - self.slopes @ change
-        return rows @ rows.T - mimic.T @ cho_solve(self._normal, mimic), right - mimic.T @ cho_solve(self._normal, pull)
-
-    def followed(self, chain: Chain, change: Array) -> Chain:
-        """Return ``chain`` with the fitted parameters moved to first order to where its ``change`` asks them to be."""
-        fit = self.fitted
-        if not fit.coordinates:
-            return chain
-        pull = fit.theta * np.array([c.prior_sd for c in fit.coordinates]) ** -2.0
-        step = cho_solve(self._normal, self.slopes @ (self.residual - change) - pull)
-        there = fit.theta + np.clip(step, -FARTHEST, FARTHEST)
-        pairs = zip(fit.coordinates, there, strict=True)
-        return chain.with_values({c.name: c.value(c.bounded(float(t))) for c, t in pairs})
-
-    @cached_property
-    def _pull(self) -> Array:
-        """Return what the residual asks of the fitted parameters: half the slope of chi-squared's fall along each."""
-        return np.asarray(self.slopes @ self.residual)
-
-    @cached_property
-    def _left_over(self) -> Array:
-        """Return the residual less what the fitted parameters could still take of it."""
-        return np.asarray(self.without_plain(self.residual[None, :])[0])
 
     def best(self, effect: Effect, options: Sequence[Mapping[str, float]]) -> dict[str, float]:
         """Return the option of most merit, where none has any that which changes least; empty when there is none.
@@ -287,8 +225,7 @@ class Evidence:
         key = (effect, *beside.items(), *sizes.items())
         if key not in self._normals:
             chains = [effect.put_in(self.chain, {**beside, name: size}) for name, size in sizes.items()]
-            changes = np.array([self.change(chain) for chain in chains])
-            self._normals[key] = self.normal_of(changes)
+            self._normals[key] = self.normal_of(self.changes(chains))
         matrix, right = self._normals[key]
         at = [list(sizes).index(name) for name in names]
         matrix, right = matrix[np.ix_(at, at)], right[at]
@@ -300,7 +237,7 @@ class Evidence:
     @cached_property
     def compared_v(self) -> tuple[Array, Array]:
         """Return the fitted chain's answer and the residual where samples count, all runs in a row, V."""
-        answers = [tapped.signals[-1][tapped.observation.use] for tapped in self._tapped]
+        answers = [tapped.signals[-1][tapped.observation.use] for tapped in self._taps.runs]
         return np.concatenate(answers), np.concatenate([o.used_residual(self.chain) for o in self.observations])
 
     @cached_property

@@ -8,6 +8,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import cached_property
 from math import inf
 from typing import ClassVar, Literal
 
@@ -128,6 +129,16 @@ class Stage(ABC):
     @abstractmethod
     def parameters(self) -> tuple[Parameter, ...]:
         """Return what can be fitted, in the order ``begin`` takes the values."""
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Return the names of the parameters: they are asked for at every simulation."""
+        return tuple(p.name for p in self.parameters())
+
+    @cached_property
+    def local_names(self) -> frozenset[str]:
+        """Return the names of those of which every run has its own."""
+        return frozenset(p.name for p in self.parameters() if p.local)
 
     @abstractmethod
     def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:

@@ -3,6 +3,7 @@
 The signals of the known chain are kept behind every stage, so that only what comes after the first difference is run.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,8 +12,9 @@ import numpy as np
 from identify.between import source_of
 from identify.chain import CHUNK, Chain, advance, grid_of
 from identify.colour import whitening
+from identify.discretise import Matrix
 from identify.observe import Observation
-from identify.stage import Block, Grid, Ramp, Shape
+from identify.stage import Block, Grid, Ramp, Shape, Values
 from identify.trace import Array
 
 
@@ -43,25 +45,38 @@ class Tapped:
         return tuple(found)
 
     @cached_property
+    def _values(self) -> tuple[Values, ...]:
+        """Return the values of every stage in this run."""
+        return tuple(self.chain.of(stage, self.grid.run) for stage in self.chain.stages)
+
+    @cached_property
     def _shapes(self) -> tuple[Shape, ...]:
         """Return the shape of what enters every stage, and of the answer."""
         shapes: list[Shape] = [Ramp()]
-        for stage in self.chain.stages:
-            shapes.append(stage.begin(self.chain.of(stage, self.grid.run), self.grid, shapes[-1])[1])
+        for stage, values in zip(self.chain.stages, self._values, strict=True):
+            shapes.append(stage.begin(values, self.grid, shapes[-1])[1])
         return tuple(shapes)
 
-    @cached_property
-    def answer(self) -> Array:
-        """Return the chain's answer where samples count, in units of the noise."""
-        return self._seen(self.signals[-1])
+    def write_changes(self, chains: Sequence[Chain], unit: float, rows: Matrix) -> None:
+        """Write how the answers of chains differ where samples count, in units of the noise and per ``unit``, (m, n).
+        """
+        with np.errstate(over="ignore", invalid="ignore"):
+            for chain, row in zip(chains, rows, strict=True):
+                self._write_change(chain, unit, row)
 
-    def change(self, chain: Chain) -> Array:
-        """Return how the answer of ``chain`` differs where samples count, in units of the noise."""
+    def _write_change(self, chain: Chain, unit: float, out: Array) -> None:
+        """Write how the answer of one chain differs."""
         first = self._shared(chain)
         if first == len(chain.stages) == len(self.chain.stages):
-            return np.zeros(self.observation.count)
+            out[:] = 0.0
+            return
         entering = self.signals[first - 1] if first else self.source
-        return self._seen(self._through(chain, first, len(chain.stages), entering) - self.signals[-1])
+        answer = self._through(chain, first, len(chain.stages), entering)
+        if self.observation.colour.white and out.size == answer.size:
+            np.subtract(answer, self.signals[-1], out=out)
+            out *= 1.0 / (self.observation.noise_v * unit)
+        else:
+            np.divide(self._seen(answer - self.signals[-1]), unit, out=out)
 
     def _seen(self, signal: Array) -> Array:
         """Return a signal where samples count, in units of the noise, as a fit weighs it."""
@@ -72,10 +87,9 @@ class Tapped:
 
     def _shared(self, chain: Chain) -> int:
         """Return how many stages from the source on are the same with the same values."""
-        pairs = zip(self.chain.stages, chain.stages, strict=False)
         shared = 0
-        for mine, other in pairs:
-            if mine is not other or self.chain.of(mine, self.grid.run) != chain.of(other, self.grid.run):
+        for mine, values, other in zip(self.chain.stages, self._values, chain.stages, strict=False):
+            if mine is not other or values != chain.of(other, self.grid.run):
                 break
             shared += 1
         return shared
@@ -93,3 +107,32 @@ class Tapped:
                 block = advance(run, block)
             parts.append(block.signal)
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+
+@dataclass(frozen=True, eq=False)
+class Taps:
+    """A chain and all runs."""
+
+    chain: Chain
+    observations: tuple[Observation, ...]
+
+    @cached_property
+    def runs(self) -> tuple[Tapped, ...]:
+        """Return the runs one by one."""
+        return tuple(Tapped(self.chain, observation) for observation in self.observations)
+
+    def changes(self, chains: Sequence[Chain], unit: float = 1.0) -> Matrix:
+        """Return how the answers of ``chains`` differ where samples count, all runs in a row, shape (m, n).
+
+        In units of the noise and per ``unit``; not finite where a chain overflows.
+        """
+        rows = np.empty((len(chains), sum(o.count for o in self.observations)))
+        for run, part in zip(self.runs, self.parts, strict=True):
+            run.write_changes(chains, unit, rows[:, part])
+        return rows
+
+    @cached_property
+    def parts(self) -> tuple[slice, ...]:
+        """Return where the samples of every run that count stand in a row of all."""
+        ends = np.cumsum([0, *(o.count for o in self.observations)]).tolist()
+        return tuple(map(slice, ends[:-1], ends[1:]))

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from math import log
 
 import numpy as np
-from scipy.fft import rfft
+from scipy.fft import next_fast_len, rfft
 from scipy.ndimage import median_filter
 from scipy.stats import gamma
 
@@ -64,7 +64,8 @@ def _of_repeats(chain: Chain, observation: Observation) -> Iterator[Array]:
 
 def heights(signal: Array, use: Mask) -> Array:
     """Return the periodogram of what counts of a signal over what it is around, shape (frequencies,)."""
-    power = np.square(np.abs(rfft(np.where(use, signal, 0.0) * np.hanning(signal.size), PADDED * signal.size)))
+    size = PADDED * next_fast_len(signal.size, real=True)
+    power = np.square(np.abs(rfft(np.where(use, signal, 0.0) * np.hanning(signal.size), size)))
     around = median_filter(power[::PADDED], AROUND, mode="mirror") / log(2.0)
     height = power / np.maximum(np.interp(np.arange(power.size), PADDED * np.arange(around.size), around), 1e-300)
     height[: ENDS * PADDED] = 0.0

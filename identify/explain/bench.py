@@ -4,7 +4,7 @@ A round screens effects by what they would leave to first order, and fits the mo
 parameters. What was asked of a hypothesis once is remembered.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from math import isfinite, log
@@ -47,7 +47,6 @@ ENOUGH = 0.3  # of chi-squared: steps that gain less together change no odds
 COARSER = 4  # instants of a grid to one of that on which a fit is searched
 ROUGHER = 4  # of the latter to one of that on which its slopes are taken
 ROUNDS = 3  # of measuring what finer grids add, at most
-SAME = 1e-3  # of chi-squared, by which a hypothesis on finer grids may differ and be the same
 
 
 @dataclass(frozen=True)
@@ -147,28 +146,36 @@ class Bench:
 
         Beside a law whose chance the data are weighed beside, none that may be its.
         """
-        return self.remembered(_suspects, base)
+        return self.remembered(_suspects, base, ENOUGH)
 
-    def remembered(self, question: "Callable[[Bench, Hypothesis], Told]", base: Hypothesis) -> Told:
-        """Return what a question about a hypothesis was answered before on these data, or ask it."""
+    def remembered(
+        self, question: "Callable[[Bench, Hypothesis], Told]", base: Hypothesis, within: float = 0.0
+    ) -> Told:
+        """Return what a question about a hypothesis was answered before on these data, or ask it.
+
+        Or what it was answered on coarser grids, which made less of a difference than ``within``.
+        """
         key = question, id(base)
         if key not in self.asked:
-            self.asked[key] = base, question(self, base)
+            before = self.told_before(question, base, within)
+            self.asked[key] = base, question(self, base) if before is None else before
         answer: Told = self.asked[key][1]
         return answer
 
-    def told_before(self, question: "Callable[[Bench, Hypothesis], Told]", base: Hypothesis) -> Told | None:
-        """Return what a question about the same effects at nearly the same values was answered on coarser grids.
+    def told_before(
+        self, question: "Callable[[Bench, Hypothesis], Told]", base: Hypothesis, within: float
+    ) -> Told | None:
+        """Return what a question about the same effects was answered on coarser grids.
 
-        None where it was not asked, or grids make more of a difference than that.
+        None where it was not asked, or the grids make more of a difference than ``within`` of chi-squared.
         """
         if self.coarser is None:
             return None
         for (asked, _), (known, answer) in self.coarser.asked.items():
-            if asked == question and known.effects == base.effects and abs(known.chi2 - base.chi2) < SAME * base.chi2:
+            if asked == question and known.effects == base.effects and abs(known.chi2 - base.chi2) < within:
                 told: Told = answer
                 return told
-        return self.coarser.told_before(question, base)
+        return self.coarser.told_before(question, base, within)
 
     def explainable(self, base: Hypothesis) -> float:
         """Return how much of chi-squared there is to explain: beyond the noise, or what free-form corrections find."""
@@ -185,6 +192,11 @@ class Bench:
         if hypothesis.misfit < self.noise_known or hypothesis.proven or hypothesis.swell > 1.0:
             return hypothesis.misfit < self.noise_known
         return not explainable(self.suspects(hypothesis))
+
+    def of_kinds(self, kinds: Iterable[type[Effect]]) -> "Bench":
+        """Return the bench with other kinds, on which what corrections of free form promise does not hang."""
+        told = {key: answer for key, answer in self.asked.items() if key[0] is _suspects}
+        return replace(self, kinds=tuple(kinds), asked=told)
 
     def refined(self, chain: Chain) -> "Bench":
         """Return the bench with grids fine enough for ``chain``."""

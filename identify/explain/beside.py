@@ -1,7 +1,6 @@
 """What is missing from the model beside noise in front of the gap, and is that noise there at all?"""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -85,7 +84,7 @@ def comes_back(bench: Bench, plain: Hypothesis) -> bool:
 
 def foretelling(bench: Bench) -> Bench:
     """Return the bench without what acts by chance."""
-    return replace(bench, kinds=tuple(kind for kind in bench.kinds if not kind.by_chance), asked={})
+    return bench.of_kinds(kind for kind in bench.kinds if not kind.by_chance)
 
 
 def foretold(bench: Bench, plain: Hypothesis) -> bool:
@@ -105,7 +104,7 @@ def _does_without(bench: Bench, without: Hypothesis, asked: float) -> bool:
     if price(bench, without) < asked:
         return True
     if float(np.sum(changes(without.fit.chain, bench.observations)[0])) > asked:
-        free = replace(bench, kinds=tuple(kind for kind in bench.kinds if kind.axis in ANOTHER), asked={})
+        free = bench.of_kinds(kind for kind in bench.kinds if kind.axis in ANOTHER)
         return _named(free, without, asked) or _unrepeated(bench, without, asked)
     laws = (h for c, h in located(bench, without).fitted if not is_fine(c))
     return _named(bench, without, asked) or any(price(bench, h) < asked for h in laws)

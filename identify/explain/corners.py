@@ -10,9 +10,10 @@ from math import log
 
 import numpy as np
 
-from identify.evidence import Evidence, Matrix
+from identify.discretise import Matrix
+from identify.evidence import Evidence
 from identify.explain.corrections import level_knots
-from identify.explain.suspect import RANK, Suspect, columns_of, suspect
+from identify.explain.suspect import RANK, Suspect, suspect
 from identify.fit import total_chi_squared
 from identify.stage import Place
 from identify.trace import Array
@@ -69,7 +70,7 @@ def _begun(evidence: Evidence, like: Correction) -> tuple[BrokenMap, float] | No
     """Return a law with corners on an even grid of levels and its promise, None where no corner explains anything."""
     size = int(np.clip(NUMBERS // (2 * evidence.residual.size), *GRID))
     grid = BrokenMap(like.place, level_knots(evidence, like.place, size)[1:-1], like.name)
-    columns = columns_of(evidence, grid)[1]
+    columns = _columns(evidence, grid)
     told = np.all(np.isfinite(columns), axis=1)
     matrix, right = evidence.normal_of(np.where(told[:, None], columns, 0.0))
     chosen = _chosen(matrix, right, evidence.left - evidence.residual.size)
@@ -104,7 +105,7 @@ def _moved(evidence: Evidence, law: BrokenMap) -> Suspect:
     last = FINEST * step
 
     def columns(knot: float) -> Matrix:
-        return columns_of(evidence, replace(law, knots=(knot,)))[1]
+        return _columns(evidence, replace(law, knots=(knot,)))
 
     parts = {knot: columns(knot) for knot in law.knots}
     gain = _together(evidence, parts)
@@ -127,6 +128,12 @@ def _moved(evidence: Evidence, law: BrokenMap) -> Suspect:
     found = min((suspect(evidence, each) for each in laws), key=lambda one: _left(evidence, one))
     disguised = DISGUISED if law.place == Place.G1 else 0.0
     return replace(found, looks=disguised + len(parts) * log(GRID[1] / FINEST))
+
+
+def _columns(evidence: Evidence, law: BrokenMap) -> Matrix:
+    """Return the change of the answer by a unit of every jump and bend, in units of the noise."""
+    chain, step = law.put_in(evidence.chain), evidence.observations[0].noise_v
+    return evidence.changes([chain.with_values({p.name: step}) for p in law.parameters()], step)
 
 
 def _left(evidence: Evidence, found: Suspect) -> float:

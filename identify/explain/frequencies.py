@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.fft import next_fast_len, rfft
 
 from identify.chain import signals, simulate
 from identify.evidence import Evidence
@@ -56,8 +57,8 @@ def _followed(observation: Observation, evidence: Evidence, signal: Array) -> tu
     """Return frequencies, Hz, and the log of how far the residual times the signal stands out of the median there."""
     residual = np.where(observation.use, observation.residual(evidence.chain), 0.0)
     product = residual * (signal - np.mean(signal))
-    size = PADDED * product.size
-    spectrum = np.abs(np.fft.rfft((product - np.mean(product)) * np.hanning(product.size), size))
+    size = next_fast_len(PADDED * product.size, real=True)
+    spectrum = np.abs(rfft((product - np.mean(product)) * np.hanning(product.size), size))
     spectrum[: PADDED * PADDED] = 0.0
     height = np.log1p(spectrum / (float(np.median(spectrum)) or 1.0))
     return np.arange(spectrum.size) / (size * evidence.sample_s), height

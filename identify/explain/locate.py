@@ -23,6 +23,7 @@ LAWLESS = 6  # power of the ratio of what two corrections leave that gives their
 LITTLE = 0.1  # share of a misfit: a correction that explains less tells only where that part of it enters
 LIKELY = 0.05  # posterior probability from which a place is mentioned beside the best
 DISGUISE = 0.25  # odds of what is less likely where it does the same: a law of v that one of F is, as G1 is built to be
+SAME = 1e-3  # of chi-squared, by which a hypothesis on finer grids may differ and be the same
 # linear; a table that a law of few numbers foretells; another place than that at which such laws mostly are
 ROUNDED = 5e-4  # of a misfit: by as much the right correction may be behind one elsewhere, as knots round either
 TEMPER = 0.05  # of a log likelihood: corrections are families near the truth, not the truth
@@ -143,7 +144,7 @@ def located(bench: Bench, base: Hypothesis) -> Located:
 
 def _located(bench: Bench, base: Hypothesis) -> Located:
     """Fit them once; what was fitted on coarser grids goes on from there."""
-    before = bench.told_before(_located, base)
+    before = bench.told_before(_located, base, SAME * base.chi2)
     if before is not None:
         return _once_more(bench, base, before)
     first = bench.remembered(begun, base)
@@ -171,7 +172,7 @@ def first_fits(bench: Bench, base: Hypothesis) -> list[Hypothesis]:
 
     Tables as fine as the data are none.
     """
-    known = bench.told_before(_located, base) is not None
+    known = bench.told_before(_located, base, SAME * base.chi2) is not None
     tried = located(bench, base).fitted if known else bench.remembered(begun, base).fitted
     return [h for correction, h in tried if not is_fine(correction)]
 

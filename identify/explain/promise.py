@@ -15,10 +15,11 @@ from identify.candidates import Candidate
 from identify.chain import Chain
 from identify.coordinate import Coordinate, coordinates_of
 from identify.derivatives.sensitivities import DIFFERENCE
-from identify.evidence import Evidence, Matrix
+from identify.discretise import Matrix
+from identify.evidence import Evidence
 from identify.fit import HALVED
 from identify.quadratic import boxed_step
-from identify.taps import Tapped
+from identify.taps import Taps
 from identify.trace import Array
 
 STEPS = 3
@@ -83,15 +84,13 @@ def together(evidence: Evidence, promises: Sequence[Promise]) -> tuple[Pair, ...
     No first of two need be the best law alone: neither has to stand in for the other where both are there.
     """
     fine = evidence.fine
-    with np.errstate(over="ignore", invalid="ignore"):
-        rows = [fine.change(p.chain.with_values(fine.chain.values)) for p in promises]
-    kept = [(p, row) for p, row in zip(promises, rows, strict=True) if np.all(np.isfinite(row))]
-    if len(kept) < 2:
-        return ()
-    matrix, right = fine.normal_of(np.array([row for _, row in kept]))
+    products = fine.products_of(fine.changes([p.chain.with_values(fine.chain.values) for p in promises]))
+    finite = np.isfinite(products.energies)
+    kept = [p for p, keep in zip(promises, finite, strict=True) if keep]
+    matrix, right = fine.less_plain(products.of(finite))
     found = []
     for at in combinations(range(len(kept)), 2):
-        one, other = (kept[i][0] for i in at)
+        one, other = (kept[i] for i in at)
         sizes = np.linalg.pinv(matrix[np.ix_(at, at)], rcond=ALIKE, hermitian=True) @ right[list(at)]
         if one.candidate.effect.id != other.candidate.effect.id and np.all(sizes > 0.0):
             found.append(Pair(one, other, float(right[list(at)] @ sizes)))
@@ -137,7 +136,5 @@ def _moved(chain: Chain, coordinates: Sequence[Coordinate], step: Array) -> Chai
 
 def _slopes(evidence: Evidence, chain: Chain, coordinates: Sequence[Coordinate]) -> Matrix:
     """Return the change of the answer per coordinate, in units of the noise, shape (d, n), by differences."""
-    tapped = [Tapped(chain, o) for o in evidence.observations]
     varied = [chain.with_values({c.name: c.value(DIFFERENCE)}) for c in coordinates]
-    with np.errstate(over="ignore", invalid="ignore"):
-        return np.array([np.concatenate([t.change(other) for t in tapped]) for other in varied]) / DIFFERENCE
+    return Taps(chain, evidence.observations).changes(varied, DIFFERENCE)

@@ -11,7 +11,6 @@ from functools import cached_property
 from math import exp, log
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from scipy.stats import chi2 as chi2_distribution
 
@@ -21,6 +20,7 @@ from identify.evidence import Evidence
 from identify.explain.corrections import corrections, sharpened
 from identify.explain.moments import wandering
 from identify.explain.narrow import narrow
+from identify.first_order import Products
 from identify.stage import Place
 from identify.trace import Array
 from identify.unnamed.correction import Correction
@@ -119,48 +119,52 @@ def hinted(ranked: Sequence[Suspect]) -> bool:
 def suspect(evidence: Evidence, correction: Correction) -> Suspect:
     """Return what a correction promises when all its weights and the plain parameters move together."""
     evidence = evidence.seen_by(correction)
-    names, columns = columns_of(evidence, correction)
-    largest = np.maximum(columns.max(axis=1), -columns.min(axis=1))  # NaN where any is
-    kept = (largest > DIFFERENCE) & np.isfinite(largest)
+    names, products = products_of(evidence, correction)
+    kept = np.isfinite(products.energies) & (products.energies > DIFFERENCE**2)
     if not kept.any():
         return Suspect(correction, np.empty(0), np.empty(0), {})
-    if not kept.all():
-        names, columns = [n for n, keep in zip(names, kept, strict=True) if keep], columns[kept]
-    matrix, right = evidence.normal_of(columns)
+    names, products = [n for n, keep in zip(names, kept, strict=True) if keep], products.of(kept)
+    matrix, right = evidence.less_plain(products)
     values, vectors = np.linalg.eigh(matrix)
     seen = values > RANK * values[-1]
     pulls = vectors[:, seen].T @ right
     weights = vectors[:, seen] @ (pulls / values[seen])
-    moved = _moved(evidence, evidence.residual - weights @ columns)
+    moved = _moved(evidence, products.mimic @ weights)
     solved = {**moved, **dict(zip(names, weights.tolist(), strict=True))}
     looks = log(sum(o.trace.size for o in evidence.observations) // 2) if correction.searched else 0.0
     return Suspect(correction, values[seen], pulls**2 / values[seen], solved, looks)
 
 
-def _moved(evidence: Evidence, residual: Array) -> dict[str, float]:
-    """Return the values of the fitted parameters, by full name, once they have moved to explain a residual."""
+def _moved(evidence: Evidence, made: Array) -> dict[str, float]:
+    """Return the values of the fitted parameters, by full name, once they have moved beside a change of the answer.
+
+    ``made`` is what that does along their slopes.
+    """
     fit = evidence.fitted
-    there = fit.theta + evidence.step(residual)
+    there = fit.theta + evidence.step(made)
     return {c.name: c.value(c.bounded(float(t))) for t, c in zip(there, fit.coordinates, strict=True)}
 
 
-def columns_of(evidence: Evidence, correction: Correction) -> tuple[list[str], NDArray[np.float64]]:
-    """Return the names of all weights, and the change of the answer by a unit of each, in units of the noise."""
+def products_of(evidence: Evidence, correction: Correction) -> tuple[list[str], Products]:
+    """Return the names of all weights, and the products of what a unit of each changes.
+
+    Where every run has weights of its own, or all of a run hangs on one knot, what a weight changes elsewhere is zero.
+    """
     chain, step = correction.put_in(evidence.chain), evidence.observations[0].noise_v
     names = [p.name for p in correction.parameters()]
     ends = [(o.trace.start_s, o.trace.start_s + (o.trace.size - 1) / o.trace.rate_hz) for o in evidence.observations]
-    knots = [correction.only_knot(*run) for run in ends]
-    if None not in knots:  # no run sees the knots of another: those of all are moved at once
+    knots = [knot for knot in (correction.only_knot(*run) for run in ends) if knot is not None]
+    number = np.arange(len(names))
+    if len(knots) == len(ends):  # no run sees the knots of another: those of all are moved at once
         words = np.reshape(names, (-1, len(correction.knots)))
-        moved = [evidence.change(chain.with_values(dict.fromkeys(word, step))) / step for word in words]
-        owner = np.concatenate([np.full(o.count, k) for o, k in zip(evidence.observations, knots, strict=True)])
-        return names, np.array([np.where(owner == k, m, 0.0) for m in moved for k in range(len(correction.knots))])
-    columns = np.array([evidence.change(chain.with_values({name: step})) for name in names]) / step
-    if not correction.local:
-        return names, columns
-    runs = [o.trace.name for o in evidence.observations]
-    each = [np.where(mask, columns, 0.0) for mask in evidence.masks]
-    return [local_name(name, run) for run in runs for name in names], np.concatenate(each)
+        chains = [chain.with_values(dict.fromkeys(word, step)) for word in words]
+        owners = [np.arange(len(words)) * len(correction.knots) + knot for knot in knots]
+    else:
+        chains = [chain.with_values({name: step}) for name in names]
+        owners = [number + i * len(names) if correction.local else number for i in range(len(ends))]
+    if correction.local:
+        names = [local_name(name, o.trace.name) for o in evidence.observations for name in names]
+    return names, evidence.products_by_run(chains, step, owners)
 
 
 def _placed(found: Suspect) -> Suspect:
@@ -254,7 +258,7 @@ def retuned(evidence: Evidence, base: Chain, law: Correction) -> tuple[Correctio
     step = float(np.clip(along / energy, -STRETCHED, STRETCHED)) if 0.0 < energy < np.inf else 0.0
     if step * (2.0 * along - step * energy) < 1.0:
         return None
-    return _times(law, 1.0 + step), _moved(evidence, evidence.residual - step * column)
+    return _times(law, 1.0 + step), _moved(evidence, step * (evidence.slopes @ column))
 
 
 def _times(law: Correction, factor: float) -> Correction:
