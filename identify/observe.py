@@ -14,6 +14,7 @@ from identify.stage import Block
 from identify.trace import Array, Mask, Samples, Trace, blocks, regrouped
 
 FINEST = 32  # instants to a sample, at most
+FINER = 8  # instants to one: an error that falls with the step, or its square, is that less an eighth at most
 SEEN = 1.0  # standard deviations of a matched test that stepping may be wrong by where candidates are compared
 LARGEST = 1 << 30  # instants of a run, at most: bounds time
 
@@ -136,21 +137,21 @@ def pooled_rms(parts: Iterable[Array]) -> float:
 def refined(observation: Observation, chain: Chain) -> Observation:
     """Return the observation on the coarsest grid whose stepping error cannot be seen in its noise.
 
-    The difference to the finest grid, summed over the run as a matched test would, stays below ``SEEN`` standard
-    deviations.
+    The difference to one so much finer that it shows nearly all of that error, summed over the run as a matched test
+    would, stays below ``SEEN`` standard deviations.
     """
     finest = min(FINEST, 1 << max(int(np.log2(LARGEST / observation.trace.size)), 1))
     substeps = observation.substeps
-    while substeps < finest and _is_seen(observation, chain, substeps, finest):
+    while substeps < finest and _is_seen(observation, chain, substeps, min(FINER * substeps, finest)):
         substeps *= 2
     if substeps == observation.substeps:
         return observation
     return replace(observation, substeps=substeps, left_out=None)
 
 
-def _is_seen(observation: Observation, chain: Chain, substeps: int, finest: int) -> bool:
+def _is_seen(observation: Observation, chain: Chain, substeps: int, finer: int) -> bool:
     """Return whether the error of stepping reaches SEEN standard deviations; the run is left where it does."""
-    answers = (answered(chain, observation.trace, n, samples_at_once(finest)) for n in (substeps, finest))
+    answers = (answered(chain, observation.trace, n, samples_at_once(finer)) for n in (substeps, finer))
     total, first, white = 0.0, 0, whitening(observation.colour)
     for coarse, fine in zip(*answers, strict=True):
         error = white((coarse - fine) / observation.noise_v, observation.use[first : first + coarse.size])
