@@ -145,12 +145,6 @@ class Evidence(FirstOrder):
             found.add(self.products_of(rows, part), owner)
         return found
 
-    @cached_property
-    def masks(self) -> list[NDArray[np.bool_]]:
-        """Return which samples of the joined residual belong to each run."""
-        number = np.repeat(np.arange(len(self.observations)), [o.count for o in self.observations])
-        return [number == i for i in range(len(self.observations))]
-
     def gain(self, effect: Effect, values: Mapping[str, float]) -> float:
         """Return by how much chi-squared falls when ``effect`` is put in with ``values`` (by short name)."""
         along, energy = self._products(effect, values)
@@ -247,8 +241,4 @@ class Evidence(FirstOrder):
 
     def parts(self) -> list[tuple[str, slice]]:
         """Return the stretch of the joined residual that belongs to each run."""
-        ends = np.cumsum([o.count for o in self.observations])
-        starts = np.concatenate(([0], ends[:-1]))
-        return [
-            (o.trace.name, slice(int(a), int(b))) for o, a, b in zip(self.observations, starts, ends, strict=True)
-        ]
+        return [(o.trace.name, part) for o, part in zip(self.observations, self._taps.parts, strict=True)]

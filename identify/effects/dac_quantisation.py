@@ -42,6 +42,7 @@ class DacQuantisation(Effect):
     axis = "level of u"
     fingerprint = "steps in v, images at the update rate"
     quick = True
+    compared = True
     places = (Place.SOURCE,)
     declared = (LSB,)
     absent: ClassVar = {"lsb": 0.0}

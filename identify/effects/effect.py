@@ -62,6 +62,7 @@ class Effect(Stage):
     elsewhere: ClassVar[Mapping[Place, str]] = {}  # where the same law would be other physics, and its id if it has one
     by_chance: ClassVar[bool] = False  # whether its law is only the mean of what it does, and ``course`` one of many
     excludes: ClassVar[tuple[str, ...]] = ()  # ids of physics beside which nothing is known of what it does
+    compared: ClassVar[bool] = False  # whether no slope leads from one size of it to another: all are compared
     shapeless: ClassVar[bool] = False  # whether what it does may show to no correction of free form
     forms: ClassVar[tuple[str, ...]] = ("",)
     declared: ClassVar[tuple[Parameter, ...]]

@@ -7,6 +7,7 @@ pushed several standard deviations aside, all others following, and fitted once 
 
 import numpy as np
 
+from identify.candidates import evidence_starts
 from identify.chain import Chain
 from identify.effects.effect import Effect
 from identify.explain.bench import Bench
@@ -58,16 +59,30 @@ def _other_forms(bench: Bench, best: Hypothesis) -> tuple[Fit, ...]:
 
 def resettled(bench: Bench, hypothesis: Hypothesis) -> Hypothesis:
     """Return the hypothesis with values that no slope leads to looked for once more, now that the rest is known."""
-    chain = hypothesis.fit.chain
-    for effect in hypothesis.effects:
+    best = _compared_again(bench, hypothesis)
+    chain = best.fit.chain
+    for effect in best.effects:
         chain = effect.resettled(chain, bench.observations)
-    best = hypothesis if chain is hypothesis.fit.chain else bench.fitted(chain, hypothesis.effects)
+    best = best if chain is best.fit.chain else bench.fitted(chain, best.effects)
     for _ in range(MOVES):
         leaps = [leap for effect in best.effects for leap in effect.leaps(best.fit.chain, bench.observations)]
         other = min((bench.fitted(leap, best.effects) for leap in leaps), key=lambda h: h.chi2, default=best)
         if other.chi2 > best.chi2 - BETTER:
             break
         best = other
+    return best
+
+
+def _compared_again(bench: Bench, best: Hypothesis) -> Hypothesis:
+    """Return the hypothesis with sizes that are found by comparing all compared once more beside the other effects.
+
+    What was not known yet when a size was found had been taken for a part of what it does.
+    """
+    for effect in (e for e in best.effects if e.compared and len(best.effects) > 1):
+        without = bench.without(best, effect)
+        for values in evidence_starts(bench.evidence(without).seen_by(effect), effect):
+            begun = bench.with_effects(best.effects, {**without.fit.chain.values, **effect.named(values)})
+            best = min(best, bench.fitted(begun, best.effects), key=lambda h: h.chi2)
     return best
 
 

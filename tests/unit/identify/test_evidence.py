@@ -129,7 +129,7 @@ def test_residual_is_joined_over_runs_and_in_units_of_the_noise(clean):
         (o.trace.y - simulate(clean.chain, o.trace, o.substeps)) / NOISE_V for o in clean.observations
     ])  # fmt: skip
     assert np.allclose(clean.residual, expected, rtol=0, atol=1e-9)
-    assert [int(mask.sum()) for mask in clean.masks] == [o.count for o in clean.observations]
+    assert [part.stop - part.start for _, part in clean.parts()] == [o.count for o in clean.observations]
     assert np.std(clean.residual) == pytest.approx(1.0, abs=0.05)
 
 
