@@ -148,6 +148,11 @@ class Bench:
         """
         return self.remembered(_suspects, base, ENOUGH)
 
+    def suspects_near(self, base: Hypothesis, within: float) -> tuple[float, list[Suspect]]:
+        """Return the same, or what it was on coarser grids, and the chi-squared that these corrections would lower."""
+        before = None if (_suspects, id(base)) in self.asked else self.told_before(_suspects, base, within)
+        return (before[0].chi2, before[1]) if before else (base.chi2, self.suspects(base))
+
     def remembered(
         self, question: "Callable[[Bench, Hypothesis], Told]", base: Hypothesis, within: float = 0.0
     ) -> Told:
@@ -158,14 +163,14 @@ class Bench:
         key = question, id(base)
         if key not in self.asked:
             before = self.told_before(question, base, within)
-            self.asked[key] = base, question(self, base) if before is None else before
+            self.asked[key] = base, before[1] if before else question(self, base)
         answer: Told = self.asked[key][1]
         return answer
 
     def told_before(
         self, question: "Callable[[Bench, Hypothesis], Told]", base: Hypothesis, within: float
-    ) -> Told | None:
-        """Return what a question about the same effects was answered on coarser grids.
+    ) -> tuple[Hypothesis, Told] | None:
+        """Return a hypothesis of the same effects on coarser grids, and what a question about it was answered.
 
         None where it was not asked, or the grids make more of a difference than ``within`` of chi-squared.
         """
@@ -173,8 +178,7 @@ class Bench:
             return None
         for (asked, _), (known, answer) in self.coarser.asked.items():
             if asked == question and known.effects == base.effects and abs(known.chi2 - base.chi2) < within:
-                told: Told = answer
-                return told
+                return known, answer
         return self.coarser.told_before(question, base, within)
 
     def explainable(self, base: Hypothesis) -> float:

@@ -146,7 +146,7 @@ def _located(bench: Bench, base: Hypothesis) -> Located:
     """Fit them once; what was fitted on coarser grids goes on from there."""
     before = bench.told_before(_located, base, SAME * base.chi2)
     if before is not None:
-        return _once_more(bench, base, before)
+        return _once_more(bench, base, before[1])
     first = bench.remembered(begun, base)
     if not first.fitted:
         return Located(base, (), first.p_value)

@@ -8,7 +8,7 @@ from identify.effects.effect import Effect
 from identify.explain.anew import goes_on
 from identify.explain.bench import Bench
 from identify.explain.hypothesis import LEAST_TOLD, STRONG, Hypothesis
-from identify.explain.locate import Located, located, within_reach
+from identify.explain.locate import SAME, Located, located, within_reach
 from identify.explain.rivals import left_to_explain, unheard
 from identify.explain.round import FORETOLD, Round
 from identify.explain.suspect import is_fine
@@ -78,9 +78,9 @@ def _challenged(bench: Bench, plain: Hypothesis, names: Hypothesis) -> bool:
     """
     if not names.effects or names.swell > 1.0:
         return False
-    told = plain.chi2 - names.chi2 - _price(plain, names)
-    few = [s for s in bench.suspects(plain) if not is_fine(s.correction)]
-    return any(s.gain - 2.0 * s.worth(1.0)[1] > told for s in few)
+    asked_of, ranked = bench.suspects_near(plain, SAME * plain.chi2)
+    told = asked_of - names.chi2 - _price(plain, names)
+    return any(s.gain - 2.0 * s.worth(1.0)[1] > told for s in ranked if not is_fine(s.correction))
 
 
 def _outdone(alone: Located, names: Hypothesis, surprise: float) -> bool:
