@@ -6,7 +6,7 @@ import pytest
 
 from identify.effects import catalogue, chain_of
 from identify.explain.bench import Bench
-from identify.explain.neighbours import WITHIN, settled, spanning
+from identify.explain.neighbours import WITHIN, resettled, settled, spanning
 from identify.stage import Place
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
@@ -54,6 +54,22 @@ def test_a_law_of_one_number_has_no_second_place_to_rest_at(bench: Bench) -> Non
     best, others = settled(bench, only)
     assert others == ()
     assert spanning("feedthrough.k", 1.0, best.fit, others).low == best.fit.ci95("feedthrough.k")[0]
+
+
+def test_steps_of_a_dac_are_compared_once_more_beside_what_was_found_since() -> None:
+    """Alone, the steps had been found at a size at which they stood in for a part of the feedthrough, too."""
+    dac, true = catalogue()["dac_quantisation"](Place.SOURCE), {"lsb": 0.0373}
+    hidden = (Concealed("dac_quantisation", true), Concealed("feedthrough", {"k": 0.02}))
+    run = recorded(OP_AMP, staircase("walk", FIG13_LEVELS_V, 0.02), hidden, NOISE_V, 3)
+    there = Bench(chain_of(model_of(OP_AMP)), (observed(run, NOISE_V, 2),), (), ())
+    alone = there.fitted(there.with_effects([dac], {"dac_quantisation.lsb": 0.0411}), [dac])
+    both = there.with_effects([dac, FEEDTHROUGH], {"dac_quantisation.lsb": 0.0411, "feedthrough.k": 0.02})
+    wrong = there.fitted(both, [dac, FEEDTHROUGH])
+    found = resettled(there, wrong)
+    assert found.effects == wrong.effects
+    assert found.chi2 < wrong.chi2 - 100.0
+    assert found.fit.chain.values["dac_quantisation.lsb"] == pytest.approx(true["lsb"], rel=2e-3)
+    assert resettled(there, alone).fit.chain.values["dac_quantisation.lsb"] == pytest.approx(0.0411, rel=2e-2)
 
 
 def diode(level: float, n_vt: float, series: float) -> tuple[Bench, dict[str, float]]:
