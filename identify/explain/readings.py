@@ -137,7 +137,7 @@ def _looked(
         chain, last = fitted(rough.in_time()), rough
         seen = mended(chain, *runs, noise_v, leave_out)
         rough = mended(chain, *runs, noise_v, leave_out, rough=True)
-        if rough.found == last.found:
+        if [blemish.undone for blemish in rough.found] == [blemish.undone for blemish in last.found]:
             break
     return seen, rough
 

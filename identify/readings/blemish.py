@@ -35,3 +35,8 @@ class Blemish(ABC):
     declared: ClassVar[tuple[Parameter, ...]]
     confused_with: ClassVar[tuple[Confusion, ...]] = ()
     alone: ClassVar[bool] = False  # whether the readings alone tell of it, whatever the model
+
+    @property
+    def undone(self) -> tuple[object, ...]:
+        """Return all on which it hangs how it is undone: what is alike in that leaves the same readings."""
+        return (self.id, self.where, *(value.value for value in self.values.values()))
