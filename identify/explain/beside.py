@@ -14,9 +14,10 @@ from identify.explain.locate import located
 from identify.explain.round import FORETOLD, Round
 from identify.explain.select import MOST_EFFECTS, Selected, selected
 from identify.explain.suspect import Suspect, finer, is_fine, with_alike
-from identify.explain.wander import changes
+from identify.explain.wander import changes, unrepeated
 
 CLOSELY = 2  # laws that are fitted to their end in the place of noise in front of the gap
+SCATTERED = 0.05  # of what is left, by which repeats differ at least where noise in front of the gap has made it
 BEYOND = 30.0  # times what chance may hide in repeats, from which a mismatch that comes back is not made by it
 ANOTHER = ("mains lines", "clock time")  # coordinates of what is another whenever the same is played again
 
@@ -27,17 +28,23 @@ def selected_either(bench: Bench, plain: Hypothesis, note: Note, may_wander: boo
     """Select what is missing; beside noise in front of the gap where no law without it explains all, as well as that.
 
     What is foretold is believed before what acts by chance. Where that wins a round, it is asked at once whether the
-    noise is there; where it is found all the same and ratchets nothing, what is missing is selected without it.
+    noise is there; where it is found all the same and ratchets nothing, what is missing is selected without it. Where
+    next to all that is left comes back with every repeat, it is not asked.
     """
     asked = cache(lambda: selected_beside(bench, plain, note) if may_wander else None)
     found = selected(bench, plain, note, by_chance=asked)
     by_chance = any(effect.by_chance for effect in found[1].effects)
-    beside = asked() if by_chance or found[1].proven > 0.0 else None
+    beside = asked() if by_chance or _scattered(*found[:2]) else None
     if by_chance and beside is None and not ratchets(*found[:2]):
         return selected(foretelling(bench), plain, note)
     if beside is None or (not by_chance and price(*found[:2]) < price(*beside[:2])):
         return found
     return beside
+
+
+def _scattered(bench: Bench, found: Hypothesis) -> bool:
+    """Return whether something is left, and enough of it is another in every repeat for noise to have made it."""
+    return found.proven > 0.0 and unrepeated(found.fit.chain, bench.observations) > SCATTERED
 
 
 def selected_beside(bench: Bench, plain: Hypothesis, note: Note) -> Selected | None:

@@ -10,7 +10,15 @@ import pytest
 from identify.colour import Colour
 from identify.effects import catalogue
 from identify.explain.bench import Bench
-from identify.explain.beside import _fitted, comes_back, foretold, only_a_line, selected_beside, selected_either
+from identify.explain.beside import (
+    SCATTERED,
+    _fitted,
+    comes_back,
+    foretold,
+    only_a_line,
+    selected_beside,
+    selected_either,
+)
 from identify.explain.carried import (
     SURE,
     alike_weighed,
@@ -338,6 +346,18 @@ def test_what_is_foretold_is_believed_before_chance(noisy, monkeypatch):
     monkeypatch.setattr("identify.explain.beside.selected", lambda *asked, by_chance: (bench, explained, []))
     monkeypatch.setattr("identify.explain.beside.carried", lambda *asked: pytest.fail("nothing is left to explain"))
     assert selected_either(bench, plain, quiet, may_wander=True)[1] is explained
+
+
+@pytest.mark.parametrize(("share", "times"), [(0.5 * SCATTERED, 0), (2.0 * SCATTERED, 1)])
+def test_noise_is_not_asked_for_where_all_that_is_left_comes_back(share, times, noisy, monkeypatch):
+    bench, plain, _ = noisy
+    found, asked = (bench, plain, []), []
+    monkeypatch.setattr("identify.explain.beside.selected", lambda *those, by_chance: found)
+    monkeypatch.setattr("identify.explain.beside.unrepeated", lambda chain, observations: share)
+    monkeypatch.setattr("identify.explain.beside.selected_beside", lambda *those: asked.append(those))
+    assert plain.proven > 0.0
+    assert selected_either(bench, plain, quiet, may_wander=True) is found
+    assert len(asked) == times
 
 
 def test_where_noise_wins_a_round_it_is_asked_at_once_whether_it_is_there(noisy, beside, monkeypatch):
