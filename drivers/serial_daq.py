@@ -39,6 +39,8 @@ GO_REPLY_S = 0.05
 GATHER_S, GATHERED, LEAST_WAIT_S = 0.01, 4096, 0.001
 """Longest wait between two reads, bytes gathered meanwhile, and a wait too short to be made."""
 WINDOW_S, ALIVE_S, CONFIRM_S, POLL_S = 0.05, 0.2, 1.0, 0.02
+PATIENCE_S = 10.0
+"""For how long a device that has taken a safe level may be silent: this computer may be too busy to hear it."""
 _TOLD = {Condition.UNDERRUN: "the device ran out of output samples and went to its safe level",
          Condition.WATCHDOG: "the device heard nothing from the host and went to its safe level"}
 
@@ -242,7 +244,7 @@ class SerialDaq(Device):
         self._link.ask(f"SAFE {self._ramp(level_v, ramp_s)}")
         deadline = time.monotonic() + ramp_s + CONFIRM_S
         while time.monotonic() < deadline:
-            state, level = self._output()
+            state, level = self._output(PATIENCE_S)
             if state == "idle" and level is not None and abs(level - level_v) <= self.capabilities().output_lsb_v:
                 return
             time.sleep(POLL_S)
@@ -260,9 +262,9 @@ class SerialDaq(Device):
     def _played(self) -> int | None:
         return self._put_out
 
-    def _output(self) -> tuple[str, float | None]:
+    def _output(self, patience_s: float | None = None) -> tuple[str, float | None]:
         """Return the device's state and the level read back in V, None when nothing was output."""
-        said = named(self._link.ask("LEVEL?"))
+        said = named(self._link.ask("LEVEL?", patience_s=patience_s))
         try:
             level = said["level"]
             return said["state"], None if level == "none" else self._volts(int(level))

@@ -54,17 +54,18 @@ class SerialLink:
         self._who = self._ask("ID?", self._greeting)
         return self._who
 
-    def ask(self, command: str, reply_s: float | None = None) -> str:
+    def ask(self, command: str, reply_s: float | None = None, patience_s: float | None = None) -> str:
         """Return the reply to ``command``, without its OK; raise DeviceError when there is none or it is a refusal.
 
-        A command is sent again when no reply came in ``reply_s``, by default ``REPLY_S``; it is done once all the same.
+        A command is sent again when no reply came in ``reply_s``, by default ``REPLY_S``, until ``patience_s`` are
+        over, by default ``TRIES`` of these; it is done once all the same.
         """
         if self._gone_s is not None:
             self._reopen(self._gone_s + BACK_S)
         if self._dirty:
             self._clean()
         reply_s = reply_s or REPLY_S
-        return self._ask(command, round(TRIES * REPLY_S / reply_s), reply_s)
+        return self._ask(command, round((patience_s or TRIES * REPLY_S) / reply_s), reply_s)
 
     def send(self, *frames: Frame) -> None:
         """Send ``frames``; raise DeviceError when the port takes nothing or is gone."""

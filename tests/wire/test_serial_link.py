@@ -14,7 +14,7 @@ import pytest
 
 from drivers.framing import Frame, FrameReader, encode
 from drivers.serial_daq import SerialDaq
-from drivers.serial_link import SerialLink
+from drivers.serial_link import TRIES, SerialLink
 from drivers.serial_messages import Condition, Kind, Status
 from rig.errors import DeviceError, UsageError
 from rig.plan import Limits
@@ -214,6 +214,22 @@ def test_a_device_that_does_not_come_to_rest_at_the_safe_level_is_reported(
     with peer(answer) as path, connect(f"serial:{path}") as device, \
             pytest.raises(DeviceError, match=r"did not reach the level.*switch the rig off by hand"):
         device.safe(0.0, 0.0)
+
+
+def test_a_safe_level_that_was_taken_is_waited_for_while_the_device_is_not_heard() -> None:
+    """Where this computer is too busy, a reply comes late; asked once more, the device does nothing twice."""
+    asked: list[str] = []
+
+    def answer(command: str) -> tuple[float, str | None]:
+        asked.append(command)
+        if command != "LEVEL?":
+            return plain(command)
+        return 0.0, "OK\nlevel=0\nstate=idle" if asked.count("LEVEL?") > TRIES + 1 else None
+
+    with peer(answer) as path, connect(f"serial:{path}") as device:
+        device.safe(0.0, 0.0)
+        assert asked.count("LEVEL?") == TRIES + 2
+        assert sum(command.startswith("SAFE") for command in asked) == 1
 
 
 def test_a_port_that_is_not_there_is_told_with_what_to_do() -> None:
