@@ -62,10 +62,15 @@ def _of_repeats(chain: Chain, observation: Observation) -> Iterator[Array]:
             yield heights(white[once] - white[again], both)
 
 
+def periodogram(signal: Array, use: Mask) -> Array:
+    """Return the square of what counts of a signal turns at every frequency, per reading, shape (frequencies,)."""
+    size = PADDED * next_fast_len(signal.size, real=True)
+    return np.asarray(np.square(np.abs(rfft(np.where(use, signal, 0.0) * np.hanning(signal.size), size))) / signal.size)
+
+
 def heights(signal: Array, use: Mask) -> Array:
     """Return the periodogram of what counts of a signal over what it is around, shape (frequencies,)."""
-    size = PADDED * next_fast_len(signal.size, real=True)
-    power = np.square(np.abs(rfft(np.where(use, signal, 0.0) * np.hanning(signal.size), size)))
+    power = periodogram(signal, use)
     around = median_filter(power[::PADDED], AROUND, mode="mirror") / log(2.0)
     height = power / np.maximum(np.interp(np.arange(power.size), PADDED * np.arange(around.size), around), 1e-300)
     height[: ENDS * PADDED] = 0.0

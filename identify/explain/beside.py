@@ -70,11 +70,17 @@ def selected_beside(bench: Bench, plain: Hypothesis, note: Note) -> Selected | N
 
 
 def only_a_line(bench: Bench, plain: Hypothesis) -> bool:
-    """Return whether a line free of the stimulus is all that repeats differ by: nothing acts by chance then."""
+    """Return whether a line free of the stimulus is all that repeats differ by: nothing acts by chance then.
+
+    What the stimulus goes up and down with is no line in that, but a ripple promises most of the misfit.
+    """
     before, chance = differ(plain.fit.chain, bench.observations)
-    if not np.any(before > chance) or not goes_on(plain.fit.chain, bench.observations):
+    if not np.any(before > chance):
         return False
     lines = [s for s in bench.suspects(plain) if s.correction.searched]
+    promised = max((s.gain for s in lines), default=0.0) > FORETOLD * plain.proven
+    if not promised and not goes_on(plain.fit.chain, bench.observations):
+        return False
     left = (differ(h.fit.chain, bench.observations)[0] for h in _fitted(bench, plain, lines))
     return any(bool(np.all(rest <= chance)) for rest in left)
 

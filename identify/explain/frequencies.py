@@ -13,7 +13,7 @@ from identify.observe import Observation
 from identify.stage import Place
 from identify.trace import Array
 
-LINES = 3  # frequencies at which a line in front of the gap is tried
+LINES = 4  # frequencies at which a line in front of the gap is tried
 PADDED = 8  # times the length of a run, with zeros: places a peak between bins
 
 

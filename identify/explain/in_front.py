@@ -12,7 +12,7 @@ from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 
 from identify.blocks import LinearBlock
 from identify.chain import Chain, signals
-from identify.explain.anew import asked_together, heights
+from identify.explain.anew import asked_together, heights, periodogram
 from identify.explain.wander import whitened
 from identify.harmonic.steady import frequency_response
 from identify.observe import Observation
@@ -20,28 +20,40 @@ from identify.stage import Place
 from identify.trace import Array
 
 MOVES = 1e-9  # of the range of w: a smaller step is rounding
+AS_HIGH = 0.8  # of how much the highest stands out, in logs, from which what is stronger may be the line
 APART = 2.0  # what the longest run resolves: frequencies closer than that are one
 
 
 def lines_in_front(chain: Chain, observations: Sequence[Observation], count: int) -> tuple[float, ...]:
     """Return the frequencies of the ``count`` likeliest lines of v, Hz, the likeliest first, all runs asked together.
 
-    Fewer where F never moves. What hangs on the stimulus makes lines, too, but in every run others.
+    Fewer where F never moves. What hangs on the stimulus makes lines, too, but in every run others. Where F turns as
+    often, so do images of a line, and stand out more where less is around them: half of the frequencies are those that
+    are strongest among what stands out nearly as much as any.
     """
     asked = [pulled for o in observations if (pulled := asked_of_v(chain, o)).any()]
     if not asked:
         return ()
-    found = [heights(pulled, np.ones(pulled.size, dtype=bool)) for pulled in asked]
-    turns, told = asked_together(found)
+    every = [np.ones(pulled.size, dtype=bool) for pulled in asked]
+    turns, told = asked_together([heights(*one) for one in zip(asked, every, strict=True)])
+    _, power = asked_together([periodogram(*one) for one in zip(asked, every, strict=True)])
     rate_hz = observations[0].trace.rate_hz
     apart = max(round(APART * 2.0 * turns.size / max(pulled.size for pulled in asked)), 1)
-    chosen: list[int] = []
-    for at in np.argsort(-np.sum(np.log1p(told), axis=0)):
-        if len(chosen) == count:
-            break
-        if all(abs(int(at) - other) > apart for other in chosen):
-            chosen.append(int(at))
+    height = np.sum(np.log1p(told), axis=0)
+    chosen = _highest(height, count - count // 2, apart, [])
+    chosen = _highest(np.where(height > AS_HIGH * np.max(height), np.sum(power, axis=0), 0.0), count, apart, chosen)
     return tuple(float(turns[at]) * rate_hz for at in chosen)
+
+
+def _highest(values: Array, count: int, apart: int, chosen: Sequence[int]) -> list[int]:
+    """Return where values are highest, the highest first, after those that are chosen: so many, that far apart."""
+    found = list(chosen)
+    for at in np.argsort(-values):
+        if len(found) == count or values[at] <= 0.0:
+            break
+        if all(abs(int(at) - other) > apart for other in found):
+            found.append(int(at))
+    return found
 
 
 def asked_of_v(chain: Chain, observation: Observation) -> Array:

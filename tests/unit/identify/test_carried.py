@@ -248,8 +248,12 @@ def kinds_tried(readings, monkeypatch):
 
 
 @pytest.mark.parametrize("noise", [False, True])
-def test_nothing_acts_by_chance_where_a_line_is_all_that_repeats_differ_by(noise, monkeypatch):
-    line = Concealed("source_line", {"amplitude": 0.1, "frequency": 333.7})
+@pytest.mark.parametrize("line", [
+    Concealed("source_line", {"amplitude": 0.1, "frequency": 333.7}),
+    Concealed("reference_ripple", {"share": 0.03, "frequency": 86.3}),
+], ids=["line", "ripple"])  # fmt: skip
+def test_nothing_acts_by_chance_where_a_line_is_all_that_repeats_differ_by(line, noise, monkeypatch):
+    """So is it where the stimulus makes the line go up and down, as a ripple of a gain."""
     model = model_of(OP_AMP)
     there = runs(line, *([NOISY] if noise else []))
     readings = read(model, there, (), lambda data: prepared(model, data, ()), Look(()))

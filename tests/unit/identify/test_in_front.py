@@ -10,16 +10,21 @@ from identify.chain import plain_chain, simulate
 from identify.evidence import Evidence
 from identify.explain import beside
 from identify.explain.corrections import corrections
+from identify.explain.explain import prepared
 from identify.explain.frequencies import LINES
 from identify.explain.in_front import asked_of_v, lines_in_front
 from identify.explain.suspect import Suspect, contenders, overlooked, with_alike
 from identify.fit import fit
+from identify.holdout import split
 from identify.stage import Place
 from identify.unnamed.lines import Line
 from identify.unnamed.maps import LevelMap
+from tests.proof.ask import parted
+from tests.proof.bench import record
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
 from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
+from tests.proof.trial import Key, drawn
 from tests.trials import model_of, observed, recorded
 
 NOISE_V, LINE_HZ = 0.01, 577.3
@@ -40,6 +45,17 @@ def test_a_line_of_the_source_stands_out_in_what_v_is_asked_for_and_not_in_what_
     assert lines_in_front(CHAIN, runs, 1)[0] == pytest.approx(LINE_HZ, abs=1.0)
     evidence = Evidence(fit(CHAIN, runs, iterations=0), tuple(runs))
     assert evidence.strongest_line_hz != pytest.approx(LINE_HZ, abs=5.0)
+
+
+def test_images_of_a_line_do_not_take_the_place_of_the_line():
+    """Turns that come evenly show the line at other frequencies, too; where less is around them they stand out more."""
+    line, frequency_hz = drawn(Key(140, "outside", "source_line", 0)), 359.66
+    train, test = parted(record(line))
+    model = model_of(line.nominal)
+    bench, plain = prepared(model, split(model, train, test))
+    hz = lines_in_front(plain.fit.chain, bench.observations, LINES)
+    assert min(abs(one - frequency_hz) for one in hz) < 0.5
+    assert abs(hz[0] - frequency_hz) > 100.0
 
 
 def test_frequencies_are_apart_and_as_many_as_are_asked_for():
