@@ -138,8 +138,8 @@ class Evidence(FirstOrder):
     def products_by_run(self, chains: Sequence[Chain], unit: float, owners: Sequence[NDArray[np.intp]]) -> Products:
         """Return the products of rows that chains make run by run, which are added where ``owners`` of a run say."""
         size = 1 + max(int(np.max(owner)) for owner in owners)
-        found, p = Products.none(size, len(self.fitted.coordinates)), self._taps.parts
-        for run, part, owner in zip(self._taps.runs, p, owners, strict=True):
+        found = Products.none(size, len(self.fitted.coordinates))
+        for run, part, owner in zip(self._taps.runs, self._taps.parts, owners, strict=True):
             rows = np.empty((len(chains), run.observation.count))
             run.write_changes(chains, unit, rows)
             found.add(self.products_of(rows, part), owner)

@@ -70,7 +70,11 @@ def periodogram(signal: Array, use: Mask) -> Array:
 
 def heights(signal: Array, use: Mask) -> Array:
     """Return the periodogram of what counts of a signal over what it is around, shape (frequencies,)."""
-    power = periodogram(signal, use)
+    return standing_out(periodogram(signal, use))
+
+
+def standing_out(power: Array) -> Array:
+    """Return a periodogram over what it is around at every frequency, shape (frequencies,); zero at either end."""
     around = median_filter(power[::PADDED], AROUND, mode="mirror") / log(2.0)
     height = power / np.maximum(np.interp(np.arange(power.size), PADDED * np.arange(around.size), around), 1e-300)
     height[: ENDS * PADDED] = 0.0

@@ -12,7 +12,7 @@ from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 
 from identify.blocks import LinearBlock
 from identify.chain import Chain, signals
-from identify.explain.anew import asked_together, heights, periodogram
+from identify.explain.anew import asked_together, periodogram, standing_out
 from identify.explain.wander import whitened
 from identify.harmonic.steady import frequency_response
 from identify.observe import Observation
@@ -34,14 +34,14 @@ def lines_in_front(chain: Chain, observations: Sequence[Observation], count: int
     asked = [pulled for o in observations if (pulled := asked_of_v(chain, o)).any()]
     if not asked:
         return ()
-    every = [np.ones(pulled.size, dtype=bool) for pulled in asked]
-    turns, told = asked_together([heights(*one) for one in zip(asked, every, strict=True)])
-    _, power = asked_together([periodogram(*one) for one in zip(asked, every, strict=True)])
+    powers = [periodogram(pulled, np.ones(pulled.size, dtype=bool)) for pulled in asked]
+    turns, told = asked_together([standing_out(power) for power in powers])
+    _, strong = asked_together(powers)
     rate_hz = observations[0].trace.rate_hz
     apart = max(round(APART * 2.0 * turns.size / max(pulled.size for pulled in asked)), 1)
     height = np.sum(np.log1p(told), axis=0)
     chosen = _highest(height, count - count // 2, apart, [])
-    chosen = _highest(np.where(height > AS_HIGH * np.max(height), np.sum(power, axis=0), 0.0), count, apart, chosen)
+    chosen = _highest(np.where(height > AS_HIGH * np.max(height), np.sum(strong, axis=0), 0.0), count, apart, chosen)
     return tuple(float(turns[at]) * rate_hz for at in chosen)
 
 

@@ -9,8 +9,11 @@ from identify.effects import catalogue, chain_of
 from identify.explain import explain
 from identify.explain.bench import Bench
 from identify.explain.locate import located
-from identify.explain.readings import Look, hides_blemishes, read
+from identify.explain.readings import Look, _looked, hides_blemishes, read
 from identify.explain.warrant import Warranted
+from identify.interval import Interval
+from identify.readings.mend import Mended
+from identify.readings.missing_samples import MissingSamples
 from identify.stage import Place
 from identify.unnamed.timed import ClockMap
 from tests.proof.ask import known_effects, parted
@@ -105,3 +108,21 @@ def test_blemishes_are_looked_for_beside_what_is_unnamed_but_not_beside_what_goe
     assert WAY._best_told(kept) is beside.fit.chain
     drifting = replace(kept.beyond, fitted=((ClockMap(Place.SENSE, (0.0, 1.0)), beside),))
     assert WAY._best_told(replace(kept, beyond=drifting)) is plain.fit.chain
+
+
+@pytest.mark.parametrize(("counts", "times"), [((4.0, 4.0, 4.0), 1), ((4.0, 5.0, 5.0), 2)])
+def test_looks_end_with_a_loss_that_was_found_before_whatever_chance_it_is_given(counts, times, monkeypatch):
+    """Each look gives it another probability, as the model has moved; put back, the readings are the same."""
+    losses = iter(
+        MissingSamples({"count": Interval(count, count, count)}, 1e-9 / (1 + i), "run walk")
+        for i, count in enumerate(counts)
+    )
+
+    def looked(chain, train, test, noise_v, leave_out, rough=False):
+        return Mended(train, test, (next(losses),) if rough else ())
+
+    fitted = []
+    monkeypatch.setattr("identify.explain.readings.mended", looked)
+    close, rough = _looked(None, Mended((), (), ()), 0.01, (), fitted.append)
+    assert (close.found, rough.found[0].values["count"].value) == ((), counts[times])
+    assert len(fitted) == times
