@@ -1,8 +1,9 @@
 """How good is the explainer? ``python -m tests.proof --cases 1360 --seed 1 --jobs 2``: sealed trials, then the tables.
 
 Every trial is appended to ``--out`` as it ends, two lines each: its seal before the tool is asked, its truth and the
-answer after. A study that was cut goes on where it stopped when the same command is given again; ``--told`` runs
-nothing more and tells of all that the file has. ``--write`` puts the tables into the README files.
+answer after. A study that was cut goes on where it stopped when the same command is given again. ``--keep`` puts its
+answers beside this file, ``--told`` runs nothing and tells of all that are kept there. ``--write`` puts the tables into
+the README files.
 """
 
 import argparse
@@ -18,7 +19,7 @@ from tests.proof.kinds import LIBRARY, UNHEARD
 from tests.proof.narration import shown
 from tests.proof.outcome import opened
 from tests.proof.seal import sealed
-from tests.proof.study import answered, append, worked
+from tests.proof.study import Entry, answered, append, keep, kept, worked
 from tests.proof.tables import between_marks, report, shortest
 from tests.proof.trial import STRATA, Key, drawn, plan
 
@@ -33,7 +34,7 @@ def main(words: list[str] | None = None) -> None:
     wanted = arguments(words)
     effects = known_effects()
     if wanted.told:
-        told(wanted, list(answered(wanted.out, REPLY)))
+        told(list(kept(REPLY).values()), wanted.write)
         return
     keys = [replace(key, z=wanted.z and tuple(wanted.z)) for key in islice(selected(wanted, effects), wanted.cases)]
     done = answered(wanted.out, REPLY)
@@ -42,16 +43,18 @@ def main(words: list[str] | None = None) -> None:
     work = partial(tried, effects=effects, out=wanted.out, at=commit())
     for number, line in enumerate(worked(work, todo, wanted.jobs), 1):
         print(f"{number}/{len(todo)} {line}", flush=True)
-    told(wanted, [key.text for key in keys])
-
-
-def told(wanted: argparse.Namespace, trials: list[str]) -> None:
-    """Print the tables of the trials asked for, and write them where they belong if that was asked for too."""
     done = answered(wanted.out, REPLY)
-    outcomes = [opened(done[trial]) for trial in trials if trial in done]
+    told([done[key.text] for key in keys if key.text in done], wanted.write)
+    if wanted.keep:
+        print(f"kept in {keep(wanted.out, REPLY)}")
+
+
+def told(entries: list[Entry], written: bool) -> None:
+    """Print the tables of answered trials, and write them where they belong if that was asked for too."""
+    outcomes = [opened(entry) for entry in entries]
     twins = exact_twins()
     print(report(outcomes, twins))
-    if wanted.write:
+    if written:
         for page, text in ((README, shortest(outcomes, twins)), (LONG, report(outcomes, twins))):
             page.write_text(between_marks(page.read_text(encoding="utf-8"), text), encoding="utf-8")
 
@@ -68,7 +71,8 @@ def arguments(words: list[str] | None = None) -> argparse.Namespace:
                         choices=sorted(NAMED | UNNAMED), metavar="ID")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("proof.jsonl"))
-    parser.add_argument("--told", action="store_true", help="run nothing: the tables of what has been answered")
+    parser.add_argument("--keep", action="store_true", help="keep what --out has with the project")
+    parser.add_argument("--told", action="store_true", help="run nothing: the tables of all answers that are kept")
     parser.add_argument("--write", action="store_true", help="write the tables into the README files")
     wanted = parser.parse_args(words)
     if wanted.effect and set(wanted.stratum or ()) & {"null", "pair"}:

@@ -1,6 +1,11 @@
-"""How does a study of hours survive being cut? A line of JSON for all that happens; what is missing is done."""
+"""How does a study of hours survive being cut, and how is it kept? A line of JSON for all that happens.
+
+What is missing is done when the study is asked for again. Answers that are kept lie compressed beside this file, seals
+and all, so that a later round adds to the tables and whoever doubts a figure can count again.
+"""
 
 import json
+import lzma
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
@@ -9,6 +14,7 @@ from typing import Any
 from tests.proof.trial import Key
 
 Entry = dict[str, Any]
+KEPT = Path(__file__).with_name("answers")
 
 
 def append(out: Path, entry: Entry) -> None:
@@ -20,7 +26,7 @@ def append(out: Path, entry: Entry) -> None:
 def answered(out: Path, mark: str) -> dict[str, Entry]:
     """Return the entries that have ``mark``, by trial; a line that was cut is skipped."""
     found = {}
-    for line in out.read_text(encoding="utf-8").splitlines() if out.exists() else ():
+    for line in _text(out).splitlines() if out.exists() else ():
         try:
             entry = json.loads(line)
         except json.JSONDecodeError:
@@ -28,6 +34,26 @@ def answered(out: Path, mark: str) -> dict[str, Entry]:
         if mark in entry:
             found[entry["trial"]] = entry
     return found
+
+
+def _text(out: Path) -> str:
+    """Return what a study wrote, compressed or not."""
+    told = out.read_bytes()
+    return (lzma.decompress(told) if out.suffix == ".xz" else told).decode()
+
+
+def keep(out: Path, mark: str, into: Path = KEPT) -> Path:
+    """Compress the entries of a study that have ``mark`` into a file of its name; return that file."""
+    into.mkdir(exist_ok=True)
+    lines = "".join(f"{json.dumps(entry)}\n" for entry in answered(out, mark).values())
+    file = into / f"{out.name}.xz"
+    file.write_bytes(lzma.compress(lines.encode(), preset=9))
+    return file
+
+
+def kept(mark: str, among: Path = KEPT) -> dict[str, Entry]:
+    """Return all entries with ``mark`` that are kept, by trial."""
+    return {trial: e for file in sorted(among.glob("*.xz")) for trial, e in answered(file, mark).items()}
 
 
 def worked(work: Callable[[Key], str], todo: Sequence[Key], jobs: int) -> Iterator[str]:

@@ -14,7 +14,7 @@ import pytest
 from tests.proof.__main__ import REPLY, arguments, main, selected, tried
 from tests.proof.ask import known_effects, limited
 from tests.proof.outcome import opened
-from tests.proof.study import answered
+from tests.proof.study import answered, keep, kept
 from tests.proof.trial import Key
 
 
@@ -41,9 +41,18 @@ def test_the_seal_stands_before_the_answer_and_what_is_answered_is_not_asked_aga
     main(["--stratum", "null", "--cases", "1", "--seed", "3", "--out", str(study)])
     assert "1 trials, 1 of them answered before" in capsys.readouterr().out
     assert len(study.read_text().splitlines()) == len(lines) + 1
-    main(["--told", "--out", str(study)])
-    assert "1 sealed trials" in capsys.readouterr().out
-    assert len(study.read_text().splitlines()) == len(lines) + 1
+
+
+def test_answers_that_are_kept_are_those_of_the_study_and_open_as_they_were_sealed(study, tmp_path):
+    file = keep(study, REPLY, tmp_path / "answers")
+    (trial, entry), = kept(REPLY, tmp_path / "answers").items()
+    assert (file.name, trial, entry) == ("proof.jsonl.xz", "3/null/null/0", answered(study, REPLY)[trial])
+    assert opened(entry).verdict == "consistent"
+
+
+def test_the_tables_are_of_all_answers_that_are_kept(capsys):
+    main(["--told"])
+    assert capsys.readouterr().out.startswith(f"## In short\n\n{len(kept(REPLY))} sealed trials")
 
 
 def test_lost_readings_beside_physics_are_told_once_that_is_known(tmp_path):
