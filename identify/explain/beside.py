@@ -8,7 +8,7 @@ import numpy as np
 from identify.explain.anew import goes_on
 from identify.explain.bench import Bench
 from identify.explain.carried import carried, differ, price, ratchets, weighed_again
-from identify.explain.free_form import fitted_from, slid_on
+from identify.explain.free_form import fitted_from, slid_on, with_overtones
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import located
 from identify.explain.round import FORETOLD, Round
@@ -18,6 +18,7 @@ from identify.explain.wander import changes, unrepeated
 
 CLOSELY = 2  # laws that are fitted to their end in the place of noise in front of the gap
 SCATTERED = 0.05  # of what is left, by which repeats differ at least where noise in front of the gap has made it
+CLEARLY = 3.0  # times what chance may hide in repeats, by which they differ at least where a law is held against it
 BEYOND = 30.0  # times what chance may hide in repeats, from which a mismatch that comes back is not made by it
 ANOTHER = ("mains lines", "clock time")  # coordinates of what is another whenever the same is played again
 
@@ -69,20 +70,22 @@ def selected_beside(bench: Bench, plain: Hypothesis, note: Note) -> Selected | N
     return beside, final, [Round(weighed.without(base, law), 0, (base,)), *rounds]
 
 
-def only_a_line(bench: Bench, plain: Hypothesis) -> bool:
-    """Return whether a line free of the stimulus is all that repeats differ by: nothing acts by chance then.
+def foretells_all(bench: Bench, plain: Hypothesis) -> bool:
+    """Return whether one law of free form foretells all that repeats differ by: nothing acts by chance then.
 
-    What the stimulus goes up and down with is no line in that, but a ripple promises most of the misfit.
+    A line free of the stimulus may: what the stimulus goes up and down with is no line in that, but a ripple promises
+    most of the misfit. Any other law may where repeats differ so clearly that few weights cannot follow noise.
     """
     before, chance = differ(plain.fit.chain, bench.observations)
     if not np.any(before > chance):
         return False
-    lines = [s for s in bench.suspects(plain) if s.correction.searched]
+    laws = [s for s in bench.suspects(plain) if not is_fine(s.correction)]
+    lines, others = ([s for s in laws if s.correction.searched is searched] for searched in (True, False))
     promised = max((s.gain for s in lines), default=0.0) > FORETOLD * plain.proven
-    if not promised and not goes_on(plain.fit.chain, bench.observations):
-        return False
-    left = (differ(h.fit.chain, bench.observations)[0] for h in _fitted(bench, plain, lines))
-    return any(bool(np.all(rest <= chance)) for rest in left)
+    likely = lines if promised or goes_on(plain.fit.chain, bench.observations) else []
+    clearly = others if np.any(before > CLEARLY * chance) else []
+    fitted = (h for tried in (likely, clearly) if tried for h in _fitted(bench, plain, tried))
+    return any(bool(np.all(differ(h.fit.chain, bench.observations)[0] <= chance)) for h in fitted)
 
 
 def comes_back(bench: Bench, plain: Hypothesis) -> bool:
@@ -141,4 +144,5 @@ def _fitted(bench: Bench, base: Hypothesis, found: Sequence[Suspect]) -> Iterato
     ranked = sorted(found, key=lambda s: -s.gain)
     likely = with_alike(ranked, ranked[:CLOSELY])
     for s in (finer(evidence, s, 1.0) for s in likely):
-        yield slid_on(bench, base, s.correction, fitted_from(bench, base, s))[1]
+        slid = slid_on(bench, base, s.correction, fitted_from(bench, base, s))
+        yield with_overtones(bench, base, *slid)[1]

@@ -23,7 +23,7 @@ from identify.unnamed.hysteresis import Hysteresis, Relays
 from identify.unnamed.linear import Bypass, Filter, OneWay, SlowFilter
 from identify.unnamed.lines import Flutter, GapRipple, Line, Ripple
 from identify.unnamed.maps import LevelMap, LevelTable, RateGain, RateMap, SourceGain, SourceMap, Trailing
-from identify.unnamed.memory import BorderMap, BorderOverRate, GapAfterTurn, GapOverRate, Leak, Plateau
+from identify.unnamed.memory import BorderMap, BorderOverRate, GapAfterPeak, GapAfterTurn, GapOverRate, Leak, Plateau
 from identify.unnamed.modulation import AFTER, Swiftness
 from identify.unnamed.timed import (
     Ageing,
@@ -112,7 +112,8 @@ def _memories(evidence: Evidence, name: str) -> Iterator[Correction]:
     """Yield what changes the hysteresis."""
     yield BorderMap(Place.F, level_knots(evidence, Place.G1, KNOTS), name)
     yield BorderOverRate(Place.F, speeds(evidence, Place.G1), name)
-    yield GapAfterTurn(Place.F, tuple(np.linspace(0.0, max(map(abs, evidence.range(Place.G1))), TURNS).tolist()), name)
+    far = tuple(np.linspace(0.0, max(map(abs, evidence.range(Place.G1))), TURNS).tolist())
+    yield from (kind(Place.F, far, name) for kind in (GapAfterTurn, GapAfterPeak))
     width = max(map(abs, evidence.range(Place.F)))
     yield Sticking(Place.F, tuple(share * max(width, 1e-9) for share in PUSHES), name)
     yield Giving(Place.F, fast_s(evidence)[1::2], name)

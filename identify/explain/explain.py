@@ -15,8 +15,8 @@ from identify.explain.bench import Bench
 from identify.explain.beside import (
     comes_back,
     foretelling,
+    foretells_all,
     foretold,
-    only_a_line,
     selected_beside,
     selected_either,
 )
@@ -133,7 +133,7 @@ def _found(readings: Readings, note: Note, look: Look) -> Selected | Chain:
     They are where what it leaves is coloured noise, or blemishes.
     """
     bench, plain = readings.bench, readings.plain
-    bench = foretelling(bench) if comes_back(bench, plain) or only_a_line(bench, plain) else bench
+    bench = foretelling(bench) if comes_back(bench, plain) or foretells_all(bench, plain) else bench
     wanders = unrepeated(plain.fit.chain, bench.observations) > MOSTLY and not foretold(bench, plain)
     beside = selected_beside(bench, plain, note) if wanders else None
     noisy = suspected(readings, look.leave_out) if look.against is None and beside is None else 0.0

@@ -8,6 +8,7 @@ its end.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import compress
+from math import log
 
 from identify.chain import Chain
 from identify.explain.bench import Bench
@@ -31,6 +32,7 @@ from identify.explain.wander import all_wanders
 from identify.fit import total_chi_squared
 from identify.phases import turned_sines
 from identify.unnamed.correction import Correction
+from identify.unnamed.lines import Line, Wave
 from identify.unnamed.maps import BrokenMap
 
 ITERATIONS = 8  # a correction is nearly linear in its weights
@@ -38,6 +40,7 @@ NEAR = 2.0  # times the best sum of squares, up to which a search cut short is e
 MOVED, SLID = 2, 6  # times corners are sought anew, and slid, at most
 MOVABLE = 100.0  # times the best sum of squares, up to which they are moved
 NEARLY = 0.995  # of the best promise, that first order may mistake
+MOSTLY = 0.5  # of what is left, that a line explains at least of a wave
 STRIDE, LAST = 3, 3  # iterations of a lap of the race, corrections that come to its end
 
 
@@ -79,6 +82,7 @@ def gone_on(
 ) -> tuple[Sequence[Suspect], Sequence[tuple[Correction, Hypothesis]]]:
     """Return the corrections that are worth a fit, and their fits; of lines those that are there in all runs alike."""
     worth, fitted = first.worth, [slid_on(bench, base, correction, h) for correction, h in first.fitted]
+    fitted = [with_overtones(bench, base, correction, h) for correction, h in fitted]
     least = min((h for _, h in fitted), key=lambda h: h.chi2)
     if left := untried(bench, base, first, least):
         others = raced(bench, base, left)
@@ -179,6 +183,20 @@ def _slid(
     if isinstance(law, BrokenMap):
         return slid(law, fitted.fit.chain.values)
     return retuned(bench.evidence(fitted), base.fit.chain, law) if law.searched or of_one(law) else None
+
+
+def with_overtones(
+    bench: Bench, base: Hypothesis, law: Correction, fitted: Hypothesis
+) -> tuple[Correction, Hypothesis]:
+    """Return a fitted line with overtones where it explains most of what is left and they are worth their numbers."""
+    if type(law) is not Line or base.chi2 - fitted.chi2 < MOSTLY * base.proven or fitted.misfit < base.noise_known:
+        return law, fitted
+    wave, found = Wave(law.place, law.knots, law.name), fitted.fit.chain.values
+    weights = {name: value for name, value in found.items() if name.startswith(f"{law.name}.")}
+    begun = bench.fitted(wave.put_in(base.fit.chain.with_values(found), weights), base.effects, ITERATIONS)
+    other, better = slid_on(bench, base, wave, begun)
+    asked = (better.parameters - fitted.parameters) * log(fitted.count)
+    return (other, better) if better.chi2 + asked < fitted.chi2 else (law, fitted)
 
 
 def ended(bench: Bench, fitted: list[tuple[Correction, Hypothesis]]) -> list[tuple[Correction, Hypothesis]]:

@@ -1,6 +1,7 @@
 """At which frequency, free of the stimulus, would a line explain most: added, on the gain, the delay or the gap?"""
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from scipy.fft import next_fast_len, rfft
@@ -8,7 +9,7 @@ from scipy.fft import next_fast_len, rfft
 from identify.chain import signals, simulate
 from identify.evidence import Evidence
 from identify.explain.anew import LINE, line_anew
-from identify.explain.in_front import lines_in_front
+from identify.explain.in_front import asked_of_v, lines_in_front
 from identify.observe import Observation
 from identify.stage import Place
 from identify.trace import Array
@@ -34,28 +35,35 @@ def in_front_hz(evidence: Evidence) -> tuple[float, ...]:
 def ripple_hz(evidence: Evidence, place: Place) -> float:
     """Return the frequency at which the residual follows the signal at a place in most runs, Hz, zero excluded.
 
-    At F that signal is the branch: a gap that widens puts one border down and the other up. What hangs on the stimulus
-    makes lines, too, but in every run others: the runs are asked together.
+    At F that signal is the branch: a gap that widens puts one border down and the other up. At G1 it is v, followed by
+    what the residual asks of it. What hangs on the stimulus makes lines, too, but in every run others: the runs are
+    asked together.
     """
-    return _followed_hz(evidence, [_signal(o, evidence, place) for o in evidence.observations])
+    residual = partial(asked_of_v, evidence.chain) if place is Place.G1 else partial(_residual, evidence)
+    return _followed_hz(evidence, [(residual(o), _signal(o, evidence, place)) for o in evidence.observations])
 
 
 def flutter_hz(evidence: Evidence) -> float:
     """Return the frequency at which the residual follows the rate of the answer in most runs, Hz, zero excluded."""
-    return _followed_hz(evidence, [np.gradient(simulate(evidence.chain, o.trace)) for o in evidence.observations])
+    chain, runs = evidence.chain, evidence.observations
+    return _followed_hz(evidence, [(_residual(evidence, o), np.gradient(simulate(chain, o.trace))) for o in runs])
 
 
-def _followed_hz(evidence: Evidence, followed: Sequence[Array]) -> float:
-    """Return the frequency at which the residual follows a signal in most runs, Hz, zero excluded."""
-    spectra = [_followed(o, evidence, signal) for o, signal in zip(evidence.observations, followed, strict=True)]
+def _residual(evidence: Evidence, observation: Observation) -> Array:
+    """Return the residual of a run, V, zero where it is not used."""
+    return np.where(observation.use, observation.residual(evidence.chain), 0.0)
+
+
+def _followed_hz(evidence: Evidence, runs: Sequence[tuple[Array, Array]]) -> float:
+    """Return the frequency at which the first of two signals follows the second in most runs, Hz, zero excluded."""
+    spectra = [_followed(evidence, residual, signal) for residual, signal in runs]
     lines = max((hz for hz, _ in spectra), key=len)
     told = sum(np.interp(lines, hz, height) for hz, height in spectra)
     return float(lines[np.argmax(told)])
 
 
-def _followed(observation: Observation, evidence: Evidence, signal: Array) -> tuple[Array, Array]:
+def _followed(evidence: Evidence, residual: Array, signal: Array) -> tuple[Array, Array]:
     """Return frequencies, Hz, and the log of how far the residual times the signal stands out of the median there."""
-    residual = np.where(observation.use, observation.residual(evidence.chain), 0.0)
     product = residual * (signal - np.mean(signal))
     size = next_fast_len(PADDED * product.size, real=True)
     spectrum = np.abs(rfft((product - np.mean(product)) * np.hanning(product.size), size))
@@ -65,8 +73,11 @@ def _followed(observation: Observation, evidence: Evidence, signal: Array) -> tu
 
 
 def _signal(observation: Observation, evidence: Evidence, place: Place) -> Array:
-    """Return the signal at the source or at the sense, or the branch that F is on, +-1."""
+    """Return the signal at the source, at the sense or behind G1, or the branch that F is on, +-1."""
     if place == Place.F:
         w = signals(evidence.chain, observation.trace)[evidence.chain.index(Place.F) - 1]
         return np.sign(np.diff(w, prepend=w[:1]))
-    return (observation.trace.u if place == Place.SOURCE else observation.trace.y)[:]
+    behind = evidence.chain.index(Place.G1)
+    if place == Place.G1 and behind:
+        return signals(evidence.chain, observation.trace)[behind - 1]
+    return (observation.trace.y if place == Place.SENSE else observation.trace.u)[:]

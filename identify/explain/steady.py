@@ -41,4 +41,4 @@ def _amplitudes(law: OneLine, fitted: Hypothesis) -> tuple[Array, Array]:
     values = fitted.fit.chain.values
     parts = np.array([[values.get(name, 0.0) for name in pair] for pair in names])
     sds = np.array([[fitted.fit.sd(name) for name in pair] for pair in names])
-    return np.hypot(*parts.T), np.sqrt(np.mean(np.square(sds), axis=1))
+    return np.linalg.norm(parts, axis=1), np.sqrt(np.mean(np.square(sds), axis=1))

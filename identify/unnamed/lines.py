@@ -1,6 +1,7 @@
 """Which free-form laws have one frequency that is free of the stimulus: added, on the gain, the delay or the gap?"""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -9,6 +10,8 @@ from identify.trace import Array
 from identify.unnamed.correction import Correction, PlayCorrection
 from identify.unnamed.maps import rate_of
 from identify.unnamed.memory import widened_play
+
+PARTS = ("sine", "cosine")
 
 
 @dataclass(frozen=True)
@@ -27,12 +30,16 @@ class OneLine(Correction):
         return "mains lines"
 
     def line(self, values: Values, grid: Grid) -> Run:
-        """Return a sin(2 pi f t) + b cos(2 pi f t) at the instants of a block; time runs from the start of the run."""
+        """Return a sin(2 pi f t) + b cos(2 pi f t) at the instants of a block; time runs from the start of the run.
+
+        Further pairs of weights are those of overtones.
+        """
+        pairs = [(order, *values[2 * order - 2 : 2 * order]) for order in range(1, len(values) // 2 + 1)]
 
         def run(block: Block) -> Array:
             count = np.arange(block.first, block.first + block.signal.size)
             turn = 2.0 * np.pi * self.knots[0] * grid.step_s * count
-            return np.asarray(values[0] * np.sin(turn) + values[1] * np.cos(turn))
+            return np.asarray(sum(a * np.sin(k * turn) + b * np.cos(k * turn) for k, a, b in pairs if a or b))
 
         return run
 
@@ -44,7 +51,7 @@ class Line(OneLine):
     form = "line"
     kind = "a line free of the stimulus"
     equation = "s' = s + a sin(2 pi f t) + b cos(2 pi f t), a and b free in every run"
-    weights = (("sine", "V"), ("cosine", "V"))
+    weights: ClassVar[tuple[tuple[str, str], ...]] = tuple((part, "V") for part in PARTS)
     places = (Place.SENSE, Place.G1)
 
     @property
@@ -59,6 +66,16 @@ class Line(OneLine):
 
 
 @dataclass(frozen=True)
+class Wave(Line):
+    """A line with overtones added to a signal: what a supply that switches puts on it."""
+
+    form = "line with overtones"
+    kind = "a wave free of the stimulus"
+    equation = "s' = s + sum of a_k sin(2 pi k f t) + b_k cos(2 pi k f t), k = 1 to 4, all free in every run"
+    weights = tuple((f"{order}{part}", "V") for order in ("", "second_", "third_", "fourth_") for part in PARTS)
+
+
+@dataclass(frozen=True)
 class Ripple(OneLine):
     """A gain that ripples."""
 
@@ -66,15 +83,15 @@ class Ripple(OneLine):
     kind = "a ripple of the gain, free of the stimulus"
     equation = "s' = s (1 + a sin(2 pi f t) + b cos(2 pi f t)), a and b free in every run"
     weights = (("sine", "V/V"), ("cosine", "V/V"))
-    places = (Place.SOURCE, Place.SENSE)
+    places = (Place.SOURCE, Place.G1, Place.SENSE)
 
     @property
     def nearly_at(self) -> tuple[Place, ...]:
-        """Return the place before the next; on plateaus v is u, and between them little is told of either.
+        """Return the source for G1 and G1 for it: on plateaus v is u, and between them little is told of either.
 
         Behind the gap G2 leaves amplitude and phase free, and a signal that moves slower than the line is the same.
         """
-        return (Place.G1,) if self.place is Place.SOURCE else (Place.F,)
+        return {Place.SOURCE: (Place.G1,), Place.G1: (Place.SOURCE,)}.get(self.place, (Place.F,))
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal times one plus the line."""

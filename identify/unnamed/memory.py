@@ -121,6 +121,27 @@ class GapAfterTurn(PlayCorrection):
         return widened
 
 
+@dataclass(frozen=True)
+class GapAfterPeak(GapAfterTurn):
+    """A gap that gives way for good: it remembers how far v ever went in the run."""
+
+    form = "gap after the farthest"
+    kind = "a gap that depends on how far the signal ever went"
+    equation = "D_L + c_L(p), D_U - c_U(p), p the largest abs(v) of the run so far, both straight between the knots"
+
+    def _widened(self, values: Array) -> Run:
+        """Return by how much a border is farther out, V."""
+        farthest = 0.0
+
+        def widened(block: Block) -> Array:
+            nonlocal farthest
+            ever = np.maximum.accumulate(np.concatenate(([farthest], np.abs(block.signal))))
+            farthest = float(ever[-1])
+            return np.interp(ever[1:], self.knots, values)
+
+        return widened
+
+
 def _kept(signs: Array) -> Array:
     """Return signs with every zero as the one before it."""
     latest = np.maximum.accumulate(np.where(signs != 0.0, np.arange(signs.size), 0))

@@ -16,7 +16,7 @@ from identify.unnamed.contact import AfterContact, AfterEither, Giving, Kicking,
 from identify.unnamed.correction import UNNAMED, Correction
 from identify.unnamed.hysteresis import Hysteresis, Relays
 from identify.unnamed.linear import Bypass, Filter, OneWay, SlowFilter
-from identify.unnamed.lines import Flutter, GapRipple, Line, Ripple
+from identify.unnamed.lines import Flutter, GapRipple, Line, Ripple, Wave
 from identify.unnamed.maps import (
     BrokenMap,
     LevelMap,
@@ -28,7 +28,7 @@ from identify.unnamed.maps import (
     SourceMap,
     Trailing,
 )
-from identify.unnamed.memory import BorderMap, BorderOverRate, GapAfterTurn, GapOverRate, Leak, Plateau
+from identify.unnamed.memory import BorderMap, BorderOverRate, GapAfterPeak, GapAfterTurn, GapOverRate, Leak, Plateau
 from identify.unnamed.modulation import AFTER, Swiftness
 from identify.unnamed.timed import (
     Ageing,
@@ -55,7 +55,7 @@ KINDS: dict[str, type[Correction]] = {
         SlowFilter, OneWay, Bypass, Hysteresis, Relays, Sticking, Giving, Plateau, GapOverRate, GapAfterTurn, ClockMap,
         OffsetSteps, OffsetInRun, Moments, GainMap, GainSteps, GainInRun, GapOverClock, GapSteps, GapInRun, Ageing,
         Line, Ripple, GapRipple, *AFTER, Swiftness, LevelTable, LeadSteps, LeadDrift, BorderOverRate, Kicking,
-        AfterContact, AfterEither, Flutter,
+        AfterContact, AfterEither, Flutter, Wave, GapAfterPeak,
     )
 }  # fmt: skip
 

@@ -391,6 +391,11 @@ def _whistle(rng: Rng, reach: Reach) -> Scaled:
     return lambda strength: {"amplitude": 0.05 * reach.u_v * strength, "frequency": frequency}
 
 
+def _sawtooth(rng: Rng, reach: Reach) -> Scaled:
+    frequency = between(rng, 65.0, 140.0)
+    return lambda strength: {"size": 0.3 * reach.rig.half_gap_v * strength, "frequency": frequency}
+
+
 def _popcorn(rng: Rng, reach: Reach) -> Scaled:
     rate = between(rng, 0.3, 8.0)
     return lambda strength: {"size": 20.0 * reach.rig.noise_v * strength, "rate": rate}
@@ -464,6 +469,7 @@ def _wavy(rng: Rng, reach: Reach) -> Scaled:
 UNHEARD: tuple[Kind, ...] = (
     Kind("reference_ripple", "source", "reference_ripple", _ripple),
     Kind("source_line", "source", "source_line", _whistle),
+    Kind("rippling_gain", "G1", "rippling_gain", _ripple),
     Kind("level_dependent_delay", "G1", "level_dependent_delay", _one("k", lambda r: 8e-3 / r.v_v)),
     Kind("stick_slip", "F", "stick_slip", _one("stuck", lambda r: 0.8 * r.rig.half_gap_v * r.rig.s_l)),
     Kind("wearing_gap", "F", "wearing_gap", _one("rate", lambda r: 5e-3)),
@@ -486,6 +492,8 @@ UNHEARD: tuple[Kind, ...] = (
     Kind("drifting_pole", "G2", "drifting_pole in G2", _drifting),
     Kind("touched_part", "G1", "touched_part in G1", _touched),
     Kind("touched_part", "G2", "touched_part in G2", _touched),
+    Kind("plastic_gap", "F", "plastic_gap", _one("k", lambda r: 0.5 / r.v_v)),
+    Kind("sawtooth", "G1", "sawtooth", _sawtooth),
     Kind("remembering_gap", "F", "remembering_gap", _one("k", lambda r: 0.5 / r.v_v)),
     Kind("one_way_slew", "F", "one_way_slew", lambda rng, r: lambda s: {"rate": r.speed_v * r.rig.s_l * (1.05 - s)}),
     Kind("dent", "F", "dent", _dent),

@@ -29,6 +29,18 @@ def source_line(drive: Array, scene: Scene) -> Array:
     return drive + scene.values["amplitude"] * np.sin(2.0 * np.pi * scene.values["frequency"] * time_s)
 
 
+def sawtooth(v: Array, scene: Scene) -> Array:
+    """Add a sawtooth of ``size`` [V] and ``frequency`` [Hz] to v, as a supply that switches does."""
+    time_s = scene.grid.start_s + scene.grid.run_s
+    return v + scene.values["size"] * (2.0 * ((time_s * scene.values["frequency"]) % 1.0) - 1.0)
+
+
+def rippling_gain(v: Array, scene: Scene) -> Array:
+    """Let the gain of G1 ripple: v times 1 + share sin(2 pi f t), locked to the clock, as its supply does."""
+    time_s = scene.grid.start_s + scene.grid.run_s
+    return v * (1.0 + scene.values["share"] * np.sin(2.0 * np.pi * scene.values["frequency"] * time_s))
+
+
 def level_dependent_delay(v: Array, scene: Scene) -> Array:
     """Let v come later the higher it stands, by k [s/V], as behind a capacitance that depends on its voltage."""
     time_s = scene.grid.run_s
@@ -239,6 +251,13 @@ def remembering_gap(v: Array, scene: Scene) -> Array:
     return play(rig.s_l * (v - wider * rig.d_l_v), rig.s_u * (v - wider * rig.d_u_v), 0.0, 1.0, 0.0)
 
 
+def plastic_gap(v: Array, scene: Scene) -> Array:
+    """Let both crossings grow by k [1/V] of how far v ever went in the run: a gap that gives way for good."""
+    rig = scene.rig
+    wider = 1.0 + scene.values["k"] * np.maximum.accumulate(np.abs(v))
+    return play(rig.s_l * (v - wider * rig.d_l_v), rig.s_u * (v - wider * rig.d_u_v), 0.0, 1.0, 0.0)
+
+
 @njit(cache=True)
 def _turned(signal):  # type: ignore[no-untyped-def]  # compiled
     """Return how far the signal was from zero where it turned last."""
@@ -385,6 +404,7 @@ def stale_reading(y: Array, scene: Scene) -> Array:
 OUTSIDE: dict[str, tuple[Place, Change]] = {
     "reference_ripple": ("drive", reference_ripple),
     "source_line": ("drive", source_line),
+    "rippling_gain": ("v", rippling_gain),
     "level_dependent_delay": ("v", level_dependent_delay),
     "stick_slip": ("play", stick_slip),
     "giving_contact": ("play", giving_contact),
@@ -415,6 +435,8 @@ OUTSIDE: dict[str, tuple[Place, Change]] = {
     "drifting_pole in G2": ("x", drifting_pole),
     "touched_part in G1": ("v", touched_part),
     "touched_part in G2": ("x", touched_part),
+    "plastic_gap": ("play", plastic_gap),
+    "sawtooth": ("v", sawtooth),
     "remembering_gap": ("play", remembering_gap),
     "one_way_slew": ("w", one_way_slew),
     "dent": ("w", dent),

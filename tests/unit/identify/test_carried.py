@@ -11,11 +11,12 @@ from identify.colour import Colour
 from identify.effects import catalogue
 from identify.explain.bench import Bench
 from identify.explain.beside import (
+    CLEARLY,
     SCATTERED,
     _fitted,
     comes_back,
+    foretells_all,
     foretold,
-    only_a_line,
     selected_beside,
     selected_either,
 )
@@ -24,6 +25,7 @@ from identify.explain.carried import (
     alike_weighed,
     bare,
     carried,
+    differ,
     left_by_chance,
     price,
     ratchets,
@@ -248,16 +250,17 @@ def kinds_tried(readings, monkeypatch):
 
 
 @pytest.mark.parametrize("noise", [False, True])
-@pytest.mark.parametrize("line", [
+@pytest.mark.parametrize("law", [
     Concealed("source_line", {"amplitude": 0.1, "frequency": 333.7}),
     Concealed("reference_ripple", {"share": 0.03, "frequency": 86.3}),
-], ids=["line", "ripple"])  # fmt: skip
-def test_nothing_acts_by_chance_where_a_line_is_all_that_repeats_differ_by(line, noise, monkeypatch):
-    """So is it where the stimulus makes the line go up and down, as a ripple of a gain."""
+    Concealed("wearing_gap", {"rate": 0.02}),
+], ids=["line", "ripple", "gap"])  # fmt: skip
+def test_nothing_acts_by_chance_where_a_law_foretells_all_that_repeats_differ_by(law, noise, monkeypatch):
+    """So is it where the stimulus makes a line go up and down, and where a gap that wears is another at every repeat."""
     model = model_of(OP_AMP)
-    there = runs(line, *([NOISY] if noise else []))
+    there = runs(law, *([NOISY] if noise else []))
     readings = read(model, there, (), lambda data: prepared(model, data, ()), Look(()))
-    assert only_a_line(readings.bench, readings.plain) is not noise
+    assert foretells_all(readings.bench, readings.plain) is not noise
     tried = kinds_tried(readings, monkeypatch)
     assert ["process_noise" in kinds for kinds in tried] == [noise]
     assert "hum" in tried[0]
@@ -276,6 +279,13 @@ def test_a_large_mismatch_that_comes_back_is_not_made_by_chance(physics, alone, 
     tried = kinds_tried(readings, monkeypatch)
     assert tried
     assert all(("process_noise" in kinds) is not alone for kinds in tried)
+
+
+def test_no_law_foretells_what_noise_in_front_of_the_gap_makes():
+    readings = read(model_of(OP_AMP), runs(NOISY), (), lambda data: prepared(model_of(OP_AMP), data, ()), Look(()))
+    before, chance = differ(readings.plain.fit.chain, readings.bench.observations)
+    assert np.any(before > CLEARLY * chance)
+    assert not foretells_all(readings.bench, readings.plain)
 
 
 def test_a_ripple_of_the_gap_is_held_against_noise_at_the_frequency_its_fit_asks_for():

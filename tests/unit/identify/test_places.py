@@ -29,6 +29,9 @@ WALK, WAVE = staircase("walk", FIG13_LEVELS_V, 0.02), sine("wave", 20.0, 3.0, 3,
 SMALL, AGAIN = sine("small", 20.0, 1.9, 3, 1), staircase("again", FIG13_LEVELS_V, 0.02)
 PLANTED = {  # law -> its values, the stage, the forms that may tell it, the least share of the misfit they explain
     "remembering_gap": ({"k": 0.02}, Place.F, {"gap after a turn", "gap within a run"}, 0.9),
+    "rippling_gain": ({"share": 0.005, "frequency": 71.3}, Place.G1, {"ripple of the gain"}, 0.9),
+    "plastic_gap": ({"k": 0.02}, Place.F, {"gap after the farthest"}, 0.99),
+    "sawtooth": ({"size": 0.05, "frequency": 72.08}, Place.G1, {"line with overtones"}, 0.9),
     "one_way_slew": ({"rate": 400.0}, Place.F, {"lag behind a rate"}, 0.9),
     "drifting_pole in G1": ({"rate": 2e-3, "tau": 5e-3}, Place.G1, {"drift of the dynamics"}, 0.9),
     "drifting_pole in G2": ({"rate": 2e-3, "tau": 5e-3}, Place.G2, {"drift of the dynamics"}, 0.9),
