@@ -256,7 +256,7 @@ def kinds_tried(readings, monkeypatch):
     Concealed("wearing_gap", {"rate": 0.02}),
 ], ids=["line", "ripple", "gap"])  # fmt: skip
 def test_nothing_acts_by_chance_where_a_law_foretells_all_that_repeats_differ_by(law, noise, monkeypatch):
-    """So is it where the stimulus makes a line go up and down, and where a gap that wears is another at every repeat."""
+    """So is it where the stimulus makes a line go up and down, and where a gap wears from repeat to repeat."""
     model = model_of(OP_AMP)
     there = runs(law, *([NOISY] if noise else []))
     readings = read(model, there, (), lambda data: prepared(model, data, ()), Look(()))
