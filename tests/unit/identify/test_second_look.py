@@ -12,6 +12,7 @@ from identify.explain.locate import located
 from identify.explain.readings import Look, _looked, hides_blemishes, read
 from identify.explain.warrant import Warranted
 from identify.interval import Interval
+from identify.readings import blemishes
 from identify.readings.mend import Mended
 from identify.readings.missing_samples import MissingSamples
 from identify.stage import Place
@@ -27,6 +28,8 @@ from tests.trials import model_of, observed, recorded
 WAY = sys.modules[explain.__module__]  # the package has the function under its name
 RAILS = (Concealed("saturation", {"upper": 9.0, "lower": -9.0}),)
 RUNS = (staircase("walk", FIG13_LEVELS_V, 0.015, 2),)
+LIMITS = {"saturation", "soft_saturation", "diode_clamp", "process_noise", *blemishes()}  # rails, and what is near them
+OTHERS = tuple(sorted(known_effects() - LIMITS))
 
 
 def test_a_second_look_is_believed_unless_it_sees_less(monkeypatch):
@@ -38,11 +41,11 @@ def test_a_second_look_is_believed_unless_it_sees_less(monkeypatch):
     def twice(readings, kept, data, look):
         looks.append(look.leave_out)
         reading, again = once(readings, kept, data, look)
-        return (reading, replace(look, leave_out=left_out)) if not look.leave_out else (reading, again)
+        return (reading, replace(look, leave_out=left_out)) if look.leave_out == OTHERS else (reading, again)
 
     monkeypatch.setattr(WAY, "_looked_again", twice)
-    told = explain(model_of(OP_AMP), train, test)
-    assert looks == [(), left_out]
+    told = explain(model_of(OP_AMP), train, test, leave_out=OTHERS)
+    assert looks == [OTHERS, left_out]
     assert (told.verdict, [finding.id for finding in told.effects]) == ("explained", ["saturation"])
 
 
@@ -53,7 +56,7 @@ def test_what_was_taken_for_chance_and_is_not_is_looked_for_without_it(monkeypat
 
     def found(readings, note, look):
         looks.append(look.leave_out)
-        if look.leave_out:
+        if look.leave_out != OTHERS:
             return search(readings, note, look)
         return readings.bench, replace(readings.plain, effects=(noise,)), []
 
@@ -62,8 +65,8 @@ def test_what_was_taken_for_chance_and_is_not_is_looked_for_without_it(monkeypat
 
     monkeypatch.setattr(WAY, "_found", found)
     monkeypatch.setattr(WAY, "warranted", without)
-    told = explain(model_of(OP_AMP), train)
-    assert looks == [(), ("process_noise",)]
+    told = explain(model_of(OP_AMP), train, leave_out=OTHERS)
+    assert looks == [OTHERS, (*OTHERS, "process_noise")]
     assert [finding.id for finding in told.effects] == ["saturation"]
 
 
@@ -73,7 +76,8 @@ def test_a_loss_that_a_lag_hides_is_asked_first_and_all_the_rest_once(monkeypatc
     search = WAY._found
     monkeypatch.setattr(WAY, "_found", lambda *asked: searched.append(1) or search(*asked))
     train, test = parted(record(case))
-    told = explain(model_of(case.nominal), train[:3], test[1:])
+    tried = {"dead_time", "extra_pole", "rate_dependent_gap", "slew_limit", "process_noise", *blemishes()}
+    told = explain(model_of(case.nominal), train[:3], test[1:], leave_out=sorted(known_effects() - tried))
     assert (told.verdict, {finding.id for finding in told.effects}) == ("explained", {"dead_time", "missing_samples"})
     assert searched == [1]
 
@@ -92,7 +96,7 @@ def test_spikes_that_rails_hid_are_taken_out_before_the_rails_are_doubted(beside
     assert not hides_blemishes(readings, bench, named, ("spikes",))
     assert not hides_blemishes(readings, bench, readings.plain, ())
     if all_of_it:
-        told = explain(model, traces[:1], traces[1:])
+        told = explain(model, traces[:1], traces[1:], leave_out=OTHERS)
         assert (told.verdict, [f.id for f in told.effects]) == ("explained", ["saturation", "spikes"])
 
 

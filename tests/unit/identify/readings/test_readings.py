@@ -328,7 +328,9 @@ def test_a_loss_that_shows_to_a_rough_look_alone_is_told_where_it_is_all_that_is
     trial = drawn(Key(95, "pair", "pair", 0))
     train, test = parted(record(trial))
     few = [trace for trace in train if trace.name in ("minor_loops", "sine_stuck", "staircase_small")]
-    told = explain(model_of(trial.nominal), few, test[:1])
+    tried = {"dac_quantisation", "source_nonlinearity", "saturation", "extra_pole", "dead_time",
+             "dielectric_absorption", "feedthrough", "hum", *blemishes()}  # fmt: skip
+    told = explain(model_of(trial.nominal), few, test[:1], leave_out=sorted(known_effects() - tried))
     assert told.verdict == "explained"
     assert [f.id for f in told.effects] == ["dac_quantisation", "missing_samples"]
     assert told.effects[1].parameters["count"][0].value == 6.0
