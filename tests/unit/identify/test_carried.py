@@ -63,6 +63,10 @@ NOISY = Concealed("process_noise", {"sd": SD_V, "bandwidth": BANDWIDTH_HZ})
 TILTED = Concealed("plateau_tilt", {"k": 0.003})
 STIMULI = (staircase("walk", FIG13_LEVELS_V, 0.02), sine("wave", 10.0, 3.0, 2, 6), sine("fast", 40.0, 3.0, 4, 6))
 LAW = catalogue()["process_noise"](Place.G1, "white")
+TRIED = {  # laws of every sort: a round of all there are takes seconds more
+    "process_noise", "hum", "offset_drift", "saturation", "extra_pole", "feedthrough", "plateau_tilt", "self_heating",
+    "dielectric_absorption",
+}  # fmt: skip
 
 
 def quiet(sentence: str, share: float) -> None:
@@ -78,10 +82,15 @@ def runs(*physics):
     return found
 
 
+def ready(data):
+    """Return the bench of hypotheses, and the fitted plain model."""
+    return prepared(model_of(OP_AMP), data, sorted(set(catalogue()) - TRIED))
+
+
 def begun(*physics):
     """Return the bench of hypotheses, the fitted plain model, and the data."""
     data = split(model_of(OP_AMP), runs(*physics), ())
-    return *prepared(model_of(OP_AMP), data), data
+    return *ready(data), data
 
 
 @pytest.fixture(scope="module")
@@ -215,7 +224,8 @@ def test_a_law_that_foretells_what_repeats_differ_by_is_believed_first(noisy):
     bench, plain, _ = begun(Concealed("self-heating in G1", {"k": -0.17, "tau": 1.8}))
     assert changes(plain.fit.chain, bench.observations)[0, 0] > 0.0
     assert foretold(bench, plain)
-    assert not foretold(*noisy[:2])
+    bench, plain, _ = noisy
+    assert not foretold(bench.of_kinds(catalogue().values()), plain)  # of all laws, those that explain most
 
 
 @pytest.mark.parametrize("scattered", [True, False])
@@ -257,9 +267,8 @@ def kinds_tried(readings, monkeypatch):
 ], ids=["line", "ripple", "gap"])  # fmt: skip
 def test_nothing_acts_by_chance_where_a_law_foretells_all_that_repeats_differ_by(law, noise, monkeypatch):
     """So is it where the stimulus makes a line go up and down, and where a gap wears from repeat to repeat."""
-    model = model_of(OP_AMP)
     there = runs(law, *([NOISY] if noise else []))
-    readings = read(model, there, (), lambda data: prepared(model, data, ()), Look(()))
+    readings = read(model_of(OP_AMP), there, (), ready, Look(()))
     assert foretells_all(readings.bench, readings.plain) is not noise
     tried = kinds_tried(readings, monkeypatch)
     assert ["process_noise" in kinds for kinds in tried] == [noise]
@@ -273,8 +282,7 @@ def test_nothing_acts_by_chance_where_a_law_foretells_all_that_repeats_differ_by
 ], ids=["large", "beside noise", "too little to tell"])  # fmt: skip
 def test_a_large_mismatch_that_comes_back_is_not_made_by_chance(physics, alone, monkeypatch):
     """Of a small one chance may be a part that no repeat shows."""
-    model = model_of(OP_AMP)
-    readings = read(model, runs(*physics), (), lambda data: prepared(model, data, ()), Look(()))
+    readings = read(model_of(OP_AMP), runs(*physics), (), ready, Look(()))
     assert comes_back(readings.bench, readings.plain) is alone
     tried = kinds_tried(readings, monkeypatch)
     assert tried
