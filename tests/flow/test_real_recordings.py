@@ -66,7 +66,7 @@ def blemishes_of(table: Path) -> tuple[float, float]:
 def test_the_diodes_between_two_filters_are_found_where_they_are(tmp_path: Path) -> None:
     (table,) = (FOLDER / "wh2009").glob("*.csv")
     kind = ("--input", "1", "--output", "2", "--rate", "51200", "--intersample", "bandlimited")
-    for name, rows in (("train", "5200:25200"), ("test", "109200:129200")):
+    for name, rows in (("train", "5200:15200"), ("test", "109200:129200")):
         ended = rig("import", str(table), *kind, "--rows", rows, "--out", f"{name}.h5", cwd=tmp_path)
         assert ended.code == 0, ended
     rig_file = str(FOLDER / "wh2009" / "rig.yaml")
