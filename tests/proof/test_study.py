@@ -11,11 +11,10 @@ from itertools import count, islice
 
 import pytest
 
-from tests.proof.__main__ import REPLY, arguments, main, selected, tried
-from tests.proof.ask import known_effects, limited
+from tests.proof.__main__ import REPLY, arguments, main, selected
+from tests.proof.ask import limited
 from tests.proof.outcome import opened
 from tests.proof.study import answered, keep, kept
-from tests.proof.trial import Key
 
 
 @pytest.fixture(scope="module")
@@ -53,14 +52,6 @@ def test_answers_that_are_kept_are_those_of_the_study_and_open_as_they_were_seal
 def test_the_tables_are_of_all_answers_that_are_kept(capsys):
     main(["--told"])
     assert capsys.readouterr().out.startswith(f"## In short\n\n{len(kept(REPLY))} sealed trials")
-
-
-def test_lost_readings_beside_physics_are_told_once_that_is_known(tmp_path):
-    """36,000 standard deviations of lost readings hide 15,000 of a coupling capacitor, and that hides them."""
-    out = tmp_path / "pair.jsonl"
-    line = tried(Key(101, "pair", "pair", 1, (1e3, 5e4)), known_effects(), out, "here")
-    (outcome,) = map(opened, answered(out, REPLY).values())
-    assert (set(outcome.names), outcome.verdict) == ({"input_ac_coupling", "missing_samples"}, "explained"), line
 
 
 @pytest.mark.parametrize("words", [("--effect", "gremlins"), ("--stratum", "null", "--effect", "hum")])

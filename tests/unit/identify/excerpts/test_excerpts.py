@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from identify.chain import simulate
-from identify.effects import chain_of
+from identify.effects import catalogue, chain_of
 from identify.excerpts import excerpts
 from identify.excerpts.cells import Cells
 from identify.excerpts.excerpts import excerpts_of, kept_back
@@ -140,7 +140,8 @@ def test_physics_is_found_in_excerpts_and_what_only_others_show_is_told():
     trace = played(4.0 * np.sin(2.0 * np.pi * 2.0 * np.arange(LONG) / 1000.0), rails)
     found = excerpts_of(RIG, [trace], [])
     assert found is not None
-    told = explain(RIG, [trace])
+    tried = {"saturation", "soft_saturation", "diode_clamp", "adc_clipping", "curved_border", "extra_pole"}
+    told = explain(RIG, [trace], leave_out=sorted(set(catalogue()) - tried))
     assert [f.id for f in told.effects] == ["saturation"]
     for name, true in (("upper", 10.0), ("lower", -12.0)):
         found_v = told.effects[0].parameters[name][0]

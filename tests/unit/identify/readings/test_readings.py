@@ -336,6 +336,15 @@ def test_a_loss_that_shows_to_a_rough_look_alone_is_told_where_it_is_all_that_is
     assert told.effects[1].parameters["count"][0].value == 6.0
 
 
+def test_lost_readings_beside_physics_are_told_once_that_is_known():
+    """36,000 standard deviations of lost readings hide 15,000 of a coupling capacitor, and that hides them."""
+    trial = drawn(Key(101, "pair", "pair", 1, (1e3, 5e4)), known_effects())
+    train, test = parted(record(trial))
+    few = [trace for trace in train if trace.name in ("staircase", "sine_medium", "staircase_again")]
+    told = explain(model_of(trial.nominal), few, test[:1])
+    assert (told.verdict, {f.id for f in told.effects}) == ("explained", {"input_ac_coupling", "missing_samples"})
+
+
 def test_spikes_come_at_any_speed_and_are_no_stray_readings():
     spiked = recording(Concealed("spikes", {"rate": 30.0, "size": 0.2}))
     assert stray(far_out([outliers(spiked, noise_of(spiked))]), []) == ((), float("inf"))
