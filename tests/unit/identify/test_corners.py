@@ -52,7 +52,7 @@ def added(told: Located, level: float) -> float:
 
 
 def test_a_missing_code_is_one_jump_at_its_level_in_the_reading():
-    there = bench(Concealed("missing_code", {"step": 0.2, "level": 3.3}))
+    there = bench(Concealed("missing_code", {"step": 0.2, "level": 3.3}), runs=(WALK,))
     told = found(there)
     assert (told.best.place, told.best.form) == (Place.SENSE, BrokenMap.form)
     rise = added(told, 3.35) - added(told, 3.25)
