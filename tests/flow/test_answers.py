@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from rig.recording import read
-from tests.flow.console import Ended, protocol, refused, rig, start
+from tests.flow.console import Ended, here, protocol, refused, rig, start
 
 PICTURES = (
     "At a glance: recording, plain model, improved model", "Which stage could explain it", "Where the mismatch sits",
@@ -68,7 +68,7 @@ def test_the_verdict_comes_first_in_words_and_on_the_page(
 def test_the_improved_model_is_readable_and_answers_like_the_rig(
     folder: Path, held_out: Path, answer: dict[str, Any]
 ) -> None:
-    played = rig("simulate", held_out, "--rig", "answer.json", "--out", "played.csv", cwd=folder)
+    played = here("simulate", held_out, "--rig", "answer.json", "--out", "played.csv", cwd=folder)
     assert played.code == 0, played
     rows = (folder / "played.csv").read_text(encoding="utf-8").splitlines()
     assert rows[0] == "time_s,u_V,y_V,simulated_V"
@@ -87,7 +87,7 @@ def identified(folder: Path, recording: Path, answer: dict[str, Any]) -> dict[st
 
 def test_an_identified_model_answers_with_a_band(folder: Path, held_out: Path, identified: dict[str, Any]) -> None:
     (folder / "identified.json").write_text(json.dumps(identified), encoding="utf-8")
-    played = rig("simulate", held_out, "--rig", "identified.json", "--out", "band.csv", cwd=folder)
+    played = here("simulate", held_out, "--rig", "identified.json", "--out", "band.csv", cwd=folder)
     assert played.code == 0, played
     assert "95 % band of the model" in played.out
     rows = [row.split(",") for row in (folder / "band.csv").read_text(encoding="utf-8").splitlines()]
@@ -115,7 +115,7 @@ def test_a_run_over_a_real_port_is_identified_as_on_the_loopback(folder: Path, i
     kept = read(folder / "wire.h5")
     assert kept.complete
     assert kept.trace().valid is None
-    again = rig("identify", "wire.h5", "--rig", "answer.json", "--json", "-", cwd=folder)
+    again = here("identify", "wire.h5", "--rig", "answer.json", "--json", "-", cwd=folder)
     assert again.code == 0, again
     for name in ("S_L", "D_L", "S_U", "D_U"):
         one, two = identified["backlash"][name]["ci95"], json.loads(again.out)["backlash"][name]["ci95"]
@@ -150,5 +150,5 @@ def test_borders_are_bent_on_request(folder: Path, recording: Path) -> None:
     told = json.loads((folder / "bent.json").read_text(encoding="utf-8"))
     assert [len(told["backlash"]["curves"][side]) for side in "LU"] == [4, 4]
     assert len(told["model"]["F"]["curved_backlash"]["L"]) == 4
-    assert rig("simulate", recording, "--rig", "bent.json", cwd=folder).code == 0
-    refused(rig("identify", recording, "--knots", "4", cwd=folder), 2, "--knots", "add --borders curved")
+    assert here("simulate", recording, "--rig", "bent.json", cwd=folder).code == 0
+    refused(here("identify", recording, "--knots", "4", cwd=folder), 2, "--knots", "add --borders curved")

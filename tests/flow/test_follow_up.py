@@ -8,7 +8,7 @@ import pytest
 
 from rig import followup, session
 from rig.rigfile import model_to_yaml
-from tests.flow.console import Ended, refused, rig
+from tests.flow.console import Ended, here, refused, rig
 from tests.proof.cases import Concealed
 from tests.proof.device import stand
 from tests.proof.rigs import RC
@@ -43,7 +43,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("follow_up")
     (made / "my_rig.yaml").write_text(RIG)
     (made / "short.yaml").write_text(SHORT)
-    assert rig("run", "short.yaml", cwd=made).code == 0
+    assert here("run", "short.yaml", cwd=made).code == 0
     return made
 
 
@@ -74,7 +74,7 @@ def test_what_was_played_is_a_protocol_within_the_limits_and_kept(folder: Path, 
     (first,) = answer["follow_up"]["rounds"][0]["sets"]
     protocol, (recording,) = first["protocol"], answer["follow_up"]["rounds"][0]["recordings"]
     assert Path(recording).stem == Path(protocol).stem
-    checked = rig("check", protocol, "--json", "-", cwd=folder)
+    checked = here("check", protocol, "--json", "-", cwd=folder)
     assert checked.code == 0, checked
     assert json.loads(checked.out)["peak_V"] <= 8.0
     text = (folder / protocol).read_text(encoding="utf-8")
@@ -93,7 +93,7 @@ def test_without_a_device_the_protocol_is_written_and_named(folder: Path) -> Non
 
 
 def test_a_folder_that_is_not_there_is_refused_at_once(folder: Path) -> None:
-    refused(rig("explain", "short.h5", "--separate", "nowhere", cwd=folder), 2, "no such folder", "nowhere")
+    refused(here("explain", "short.h5", "--separate", "nowhere", cwd=folder), 2, "no such folder", "nowhere")
 
 
 def test_where_physics_of_no_catalogue_enters_is_asked_of_the_device_too(tmp_path: Path) -> None:
