@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rig.recording import read
-from tests.flow.console import protocol, rig, start
+from tests.flow.console import here, protocol, rig, start
 
 COMMANDS = ("check", "run", "import", "identify", "explain", "simulate", "devices", "emulate", "demo")
 
@@ -28,7 +28,7 @@ def test_every_command_has_help_with_an_example(tmp_path: Path, command: str) ->
 
 def test_check_tells_what_would_be_played_and_plays_nothing(tmp_path: Path) -> None:
     protocol(tmp_path)
-    ended = rig("check", "short.yaml", "--plot", "preview.png", cwd=tmp_path)
+    ended = here("check", "short.yaml", "--plot", "preview.png", cwd=tmp_path)
     assert ended.code == 0
     for words in (
         "accepted",
@@ -46,7 +46,7 @@ def test_check_tells_what_would_be_played_and_plays_nothing(tmp_path: Path) -> N
 
 
 def test_check_finds_the_protocols_that_come_with_the_program(tmp_path: Path) -> None:
-    ended = rig("check", "protocols/fig13_staircase.yaml", cwd=tmp_path)
+    ended = here("check", "protocols/fig13_staircase.yaml", cwd=tmp_path)
     assert ended.code == 0
     assert "Fig. 13 staircase: accepted" in ended.out
 
@@ -65,14 +65,14 @@ def test_a_recording_is_not_overwritten_by_mistake(tmp_path: Path, recording: Pa
     protocol(tmp_path)
     kept = tmp_path / "kept.h5"
     kept.write_bytes(recording.read_bytes())
-    assert rig("run", "short.yaml", "--out", "kept.h5", cwd=tmp_path).code == 2
+    assert here("run", "short.yaml", "--out", "kept.h5", cwd=tmp_path).code == 2
     assert kept.read_bytes() == recording.read_bytes()
-    assert rig("run", "short.yaml", "--out", "kept.h5", "--overwrite", cwd=tmp_path).code == 0
+    assert here("run", "short.yaml", "--out", "kept.h5", "--overwrite", cwd=tmp_path).code == 0
     assert kept.read_bytes() != recording.read_bytes()
 
 
 def test_devices_lists_the_loopback(tmp_path: Path) -> None:
-    ended = rig("devices", cwd=tmp_path)
+    ended = here("devices", cwd=tmp_path)
     assert ended.code == 0
     assert ended.out.startswith("loopback:")
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from rig import session, workflow
-from tests.flow.console import protocol, refused, rig
+from tests.flow.console import here, protocol, refused
 from tests.rigs import CABLE
 
 PLAIN = """
@@ -34,7 +34,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
         for name in ("before.h5", "after.h5"):
             session.record(path, f"loopback:{folder / 'board.yaml'}", folder / name, lambda done, total: None)
             if name == "before.h5":
-                ended = rig("calibrate", "loopback:cable.yaml", "--rate", "4kHz", cwd=folder)
+                ended = here("calibrate", "loopback:cable.yaml", "--rate", "4kHz", cwd=folder)
                 assert ended.code == 0, ended.err
                 assert "delay     23" in ended.out
     return folder
@@ -48,7 +48,7 @@ def kept(bench: Path) -> Path:
 def test_a_recording_keeps_the_calibration_of_its_device_and_identify_says_where_the_delay_is_known_from(
     bench: Path,
 ) -> None:
-    ended = rig("identify", "after.h5", "--json", "-", "--report", "after.html", cwd=bench)
+    ended = here("identify", "after.h5", "--json", "-", "--report", "after.html", cwd=bench)
     assert ended.code == 0, ended.err
     told = json.loads(ended.out)
     (device,) = told["device"]
@@ -76,5 +76,5 @@ def test_explain_finds_nothing_missing_where_the_delay_is_the_devices(bench: Pat
 
 
 def test_a_calibration_of_another_device_is_refused(bench: Path, recording: Path) -> None:
-    ended = rig("identify", recording, "--calibration", kept(bench), cwd=bench)
+    ended = here("identify", recording, "--calibration", kept(bench), cwd=bench)
     refused(ended, 2, "not true of this recording", "it is of loopback a cable 1, the run of loopback op-amp")

@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from tests.flow.console import refused, rig
+from tests.flow.console import here, refused
 
 RIG = """\
 spec: 1
@@ -20,12 +20,12 @@ OPTIONS = ("--time", "8s", "--limit", "5V", "--rate", "2kHz")
 
 def test_it_is_designed_checked_and_tells_what_was_promised(tmp_path: Path) -> None:
     (tmp_path / "my_rig.yaml").write_text(RIG)
-    made = rig("design", "my_rig.yaml", "--out", "best.yaml", *OPTIONS, cwd=tmp_path)
+    made = here("design", "my_rig.yaml", "--out", "best.yaml", *OPTIONS, cwd=tmp_path)
     assert made.code == 0, made
     assert "Fig. 13: walk of 26 levels to 3 V" in made.out
     text = (tmp_path / "best.yaml").read_text()
     assert text.startswith("# Question: How sure can G1, F and G2 become in 8 s?\n")
-    checked = rig("check", "best.yaml", "--json", "-", cwd=tmp_path)
+    checked = here("check", "best.yaml", "--json", "-", cwd=tmp_path)
     assert checked.code == 0, checked
     found = json.loads(checked.out)
     assert found["schema"] == "rig.check/1"
@@ -44,7 +44,7 @@ def test_check_tells_in_words_what_a_step_brings_and_what_to_change(tmp_path: Pa
         "  - {label: mains, sine: {frequency: 50 Hz, amplitude: 3 V, periods: 25}}\n"
         "  - {label: walk, staircase: {levels: [2 V, 1 V, -2 V, -3 V], dwell: 50 ms}}\n"
     )
-    ended = rig("check", "p.yaml", "--json", "p.json", cwd=tmp_path)
+    ended = here("check", "p.yaml", "--json", "p.json", cwd=tmp_path)
     assert ended.code == 0, ended
     assert "advice    mains: 50 Hz is on a multiple of the 50 Hz mains" in ended.out
     assert "advice    mains: the gap is stuck at U = 3 V, raise it above 7.95 V" in ended.out
@@ -57,5 +57,5 @@ def test_check_tells_in_words_what_a_step_brings_and_what_to_change(tmp_path: Pa
 def test_what_cannot_be_designed_for_is_refused(tmp_path: Path) -> None:
     (tmp_path / "my_rig.yaml").write_text(RIG)
     typed = ("design", "my_rig.yaml", "--out", "x.yaml", "--time", "5")
-    refused(rig(*typed, cwd=tmp_path), 2, "--time", "without a unit", "5 s")
+    refused(here(*typed, cwd=tmp_path), 2, "--time", "without a unit", "5 s")
     assert not (tmp_path / "x.yaml").exists()

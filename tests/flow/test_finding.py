@@ -11,7 +11,7 @@ import pytest
 from identify.trace import Step
 from rig.recorded import Equipment, Origin, Recording, complete_ledger
 from rig.recording import write
-from tests.flow.console import Ended, refused, rig
+from tests.flow.console import Ended, here, refused
 from tests.proof.rigs import RC, Rig
 from tests.proof.stimuli import FIG13_LEVELS_V, Stimulus, sine, staircase
 from tests.trials import recorded
@@ -59,7 +59,7 @@ def words(pdf: Path) -> str:
 
 
 def compared(folder: Path, before: str, after: str, *options: str) -> Ended:
-    return rig("compare", before, after, "--values-only", *options, cwd=folder)
+    return here("compare", before, after, "--values-only", *options, cwd=folder)
 
 
 def test_one_rig_on_two_days_shows_no_change(folder: Path) -> None:
@@ -98,7 +98,7 @@ def test_a_recording_is_not_compared_with_itself(folder: Path) -> None:
 
 
 def test_a_folder_is_listed_in_words_and_as_json(folder: Path) -> None:
-    told, as_json = rig("list", folder, cwd=folder), rig("list", ".", "--json", "-", cwd=folder)
+    told, as_json = here("list", folder, cwd=folder), here("list", ".", "--json", "-", cwd=folder)
     assert (told.code, as_json.code) == (0, 0)
     assert [line.split()[0] for line in told.out.splitlines()] == ["recording", "one.h5", "two.h5", "three.h5"]
     rows = json.loads(as_json.out)["recordings"]
@@ -107,4 +107,4 @@ def test_a_folder_is_listed_in_words_and_as_json(folder: Path) -> None:
 
 
 def test_a_folder_that_is_not_there_is_refused(folder: Path) -> None:
-    refused(rig("list", "nowhere", cwd=folder), 2, "nowhere", "no such folder")
+    refused(here("list", "nowhere", cwd=folder), 2, "nowhere", "no such folder")

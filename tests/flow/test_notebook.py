@@ -9,7 +9,7 @@ from jupyter_client.blocking.client import BlockingKernelClient
 from jupyter_client.manager import KernelManager
 
 from rig.cell import told_here
-from tests.flow.console import rig
+from tests.flow.console import here
 
 PATIENCE_S = 120.0
 SHOWN = ("display_data", "update_display_data")
@@ -19,7 +19,7 @@ SHOWN = ("display_data", "update_display_data")
 def kernel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[BlockingKernelClient]:
     """Return a kernel that works in a folder with one recording: any test may be its first, or its only one."""
     folder = tmp_path_factory.mktemp("notebook")
-    assert rig("run", "hold_ladder.yaml", "--out", "hold.h5", cwd=folder).code == 0
+    assert here("run", "hold_ladder.yaml", "--out", "hold.h5", cwd=folder).code == 0
     manager = KernelManager(kernel_name="python3")
     manager.start_kernel()
     client = manager.blocking_client()

@@ -7,7 +7,7 @@ from rig import narration, workflow
 from rig.plan import Limits, Plan
 from rig.recorded import Entry
 from rig.recording import Writer, read
-from tests.flow.console import refused, rig
+from tests.flow.console import here, refused
 
 
 def damaged(recording: Path, to: Path) -> Path:
@@ -20,7 +20,7 @@ def damaged(recording: Path, to: Path) -> Path:
 
 def test_intact_damaged_and_no_recordings(recording: Path, tmp_path: Path) -> None:
     bad = damaged(recording, tmp_path / "bad.h5")
-    ended = rig("verify", recording, bad, "--json", "told.json", cwd=tmp_path)
+    ended = here("verify", recording, bad, "--json", "told.json", cwd=tmp_path)
     assert ended.code == 1
     assert ended.err == (f"rig: {bad}: damaged: the bytes do not match their checksum; use a copy, or record again\n")
     assert f"{recording}: intact" in ended.out
@@ -29,7 +29,7 @@ def test_intact_damaged_and_no_recordings(recording: Path, tmp_path: Path) -> No
     assert (told["schema"], told["verdict"]) == ("rig.verify/1", "damaged")
     assert [file["verdict"] for file in told["files"]] == ["intact", "damaged"]
     (tmp_path / "t.csv").write_text("t,u,y\n0,1,2\n")
-    refused(rig("verify", "t.csv", cwd=tmp_path), 2, "t.csv")
+    refused(here("verify", "t.csv", cwd=tmp_path), 2, "t.csv")
 
 
 def test_a_recording_that_grows_is_verified_and_read_as_far_as_it_is(recording: Path, tmp_path: Path) -> None:
@@ -37,7 +37,7 @@ def test_a_recording_that_grows_is_verified_and_read_as_far_as_it_is(recording: 
     plan = Plan(done.title, done.u[:], done.rate_hz, done.steps, Limits(-10.0, 10.0), rig_text=done.rig_text)
     with Writer(path, plan, done.origin.equipment) as writer:
         writer.append(0, done.y[:-100])
-        verified = rig("verify", path, cwd=tmp_path)
+        verified = here("verify", path, cwd=tmp_path)
         assert verified.code == 0, verified
         assert f"{path}: intact, still being written" in verified.out
         assert f"{done.u.size - 100} recorded" in verified.out
