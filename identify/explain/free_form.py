@@ -40,7 +40,7 @@ NEAR = 2.0  # times the best sum of squares, up to which a search cut short is e
 MOVED, SLID = 2, 6  # times corners are sought anew, and slid, at most
 MOVABLE = 100.0  # times the best sum of squares, up to which they are moved
 NEARLY = 0.995  # of the best promise, that first order may mistake
-MOSTLY = 0.5  # of what is left, that a line explains at least of a wave
+MOSTLY = 0.5  # of what is left, that a line explains at least of a wave, and overtones of what that leaves
 STRIDE, LAST = 3, 3  # iterations of a lap of the race, corrections that come to its end
 
 
@@ -188,14 +188,14 @@ def _slid(
 def with_overtones(
     bench: Bench, base: Hypothesis, law: Correction, fitted: Hypothesis
 ) -> tuple[Correction, Hypothesis]:
-    """Return a fitted line with overtones where it explains most of what is left and they are worth their numbers."""
+    """Return a fitted line with overtones where it explains most of what is left, and they most of what it leaves."""
     if type(law) is not Line or base.chi2 - fitted.chi2 < MOSTLY * base.proven or fitted.misfit < base.noise_known:
         return law, fitted
     wave, found = Wave(law.place, law.knots, law.name), fitted.fit.chain.values
     weights = {name: value for name, value in found.items() if name.startswith(f"{law.name}.")}
     begun = bench.fitted(wave.put_in(base.fit.chain.with_values(found), weights), base.effects, ITERATIONS)
     other, better = slid_on(bench, base, wave, begun)
-    asked = (better.parameters - fitted.parameters) * log(fitted.count)
+    asked = MOSTLY * fitted.proven + (better.parameters - fitted.parameters) * log(fitted.count)
     return (other, better) if better.chi2 + asked < fitted.chi2 else (law, fitted)
 
 

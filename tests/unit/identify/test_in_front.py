@@ -105,6 +105,7 @@ def test_a_line_at_other_frequencies_goes_along_if_it_promises_nearly_as_much(mo
     assert [s.correction.knots for s in overlooked(large, large[1:3])] == [line.correction.knots, near.correction.knots]
     monkeypatch.setattr(beside, "finer", lambda evidence, found, noise: found)
     monkeypatch.setattr(beside, "fitted_from", lambda bench, base, found: found)
-    monkeypatch.setattr(beside, "slid_on", lambda bench, base, law, fitted: (law, fitted))
+    for name in ("slid_on", "with_overtones"):
+        monkeypatch.setattr(beside, name, lambda bench, base, law, fitted: (law, fitted))
     bench = SimpleNamespace(evidence=lambda base: None)
     assert list(beside._fitted(bench, None, ranked)) == [line, level, near]

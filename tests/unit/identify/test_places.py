@@ -56,7 +56,7 @@ PLANTED = {  # law -> its values, the stage, the forms that may tell it, the lea
 }  # fmt: skip
 LASTING = {  # told by more than a walk and a wave: by what another wave, or the same walk 40 s later, has another of
     "drifting_pole in G1", "drifting_pole in G2", "touched_part in G1", "touched_part in G2", "worked_gain",
-    "stirred_gap", "late_converter", "hurried_reading",
+    "stirred_gap", "late_converter", "hurried_reading", "rippling_gain", "sawtooth",
 }  # fmt: skip
 
 
