@@ -11,10 +11,11 @@ from itertools import count, islice
 
 import pytest
 
-from tests.proof.__main__ import REPLY, arguments, main, selected
-from tests.proof.ask import limited
+from tests.proof.__main__ import LONG, README, REPLY, arguments, main, selected
+from tests.proof.ask import exact_twins, limited
 from tests.proof.outcome import opened
 from tests.proof.study import answered, keep, kept
+from tests.proof.tables import between_marks, report, shortest
 
 
 @pytest.fixture(scope="module")
@@ -49,9 +50,11 @@ def test_answers_that_are_kept_are_those_of_the_study_and_open_as_they_were_seal
     assert opened(entry).verdict == "consistent"
 
 
-def test_the_tables_are_of_all_answers_that_are_kept(capsys):
-    main(["--told"])
-    assert capsys.readouterr().out.startswith(f"## In short\n\n{len(kept(REPLY))} sealed trials")
+def test_the_tables_of_the_readmes_are_those_of_all_answers_that_are_kept():
+    outcomes, twins = [opened(entry) for entry in kept(REPLY).values()], exact_twins()
+    for page, text in ((README, shortest(outcomes, twins)), (LONG, report(outcomes, twins))):
+        written = page.read_text(encoding="utf-8")
+        assert between_marks(written, text) == written
 
 
 @pytest.mark.parametrize("words", [("--effect", "gremlins"), ("--stratum", "null", "--effect", "hum")])
