@@ -106,6 +106,10 @@ class Observation:
         """Return y minus the chain's answer, V, shape (N,)."""
         return np.asarray(self._readings(slice(None)) - simulate(chain, self.trace, self.substeps))
 
+    def masked_residual(self, chain: Chain) -> Array:
+        """Return y minus the chain's answer, V, shape (N,), zero where a sample does not count."""
+        return np.where(self.use, self.residual(chain), 0.0)
+
     def used_residual(self, chain: Chain) -> Array:
         """Return the residual of the samples that count, shape (count,)."""
         return self.residual(chain)[self.use]

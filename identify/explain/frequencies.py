@@ -1,12 +1,11 @@
 """At which frequency, free of the stimulus, would a line explain most: added, on the gain, the delay or the gap?"""
 
 from collections.abc import Sequence
-from functools import partial
 
 import numpy as np
 from scipy.fft import next_fast_len, rfft
 
-from identify.chain import signals, simulate
+from identify.chain import Chain, signals, simulate
 from identify.evidence import Evidence
 from identify.explain.anew import LINE, line_anew
 from identify.explain.in_front import asked_of_v, lines_in_front
@@ -39,32 +38,29 @@ def ripple_hz(evidence: Evidence, place: Place) -> float:
     what the residual asks of it. What hangs on the stimulus makes lines, too, but in every run others: the runs are
     asked together.
     """
-    residual = partial(asked_of_v, evidence.chain) if place is Place.G1 else partial(_residual, evidence)
-    return _followed_hz(evidence, [(residual(o), _signal(o, evidence, place)) for o in evidence.observations])
+    chain, runs = evidence.chain, evidence.observations
+    asked = [asked_of_v(chain, o) if place is Place.G1 else o.masked_residual(chain) for o in runs]
+    return _followed_hz(evidence, asked, [_signal(o, chain, place) for o in runs])
 
 
 def flutter_hz(evidence: Evidence) -> float:
     """Return the frequency at which the residual follows the rate of the answer in most runs, Hz, zero excluded."""
     chain, runs = evidence.chain, evidence.observations
-    return _followed_hz(evidence, [(_residual(evidence, o), np.gradient(simulate(chain, o.trace))) for o in runs])
+    left = [o.masked_residual(chain) for o in runs]
+    return _followed_hz(evidence, left, [np.gradient(simulate(chain, o.trace)) for o in runs])
 
 
-def _residual(evidence: Evidence, observation: Observation) -> Array:
-    """Return the residual of a run, V, zero where it is not used."""
-    return np.where(observation.use, observation.residual(evidence.chain), 0.0)
-
-
-def _followed_hz(evidence: Evidence, runs: Sequence[tuple[Array, Array]]) -> float:
-    """Return the frequency at which the first of two signals follows the second in most runs, Hz, zero excluded."""
-    spectra = [_followed(evidence, residual, signal) for residual, signal in runs]
+def _followed_hz(evidence: Evidence, asked: Sequence[Array], followed: Sequence[Array]) -> float:
+    """Return the frequency at which what is asked of every run follows a signal in most, Hz, zero excluded."""
+    spectra = [_followed(evidence, *pair) for pair in zip(asked, followed, strict=True)]
     lines = max((hz for hz, _ in spectra), key=len)
     told = sum(np.interp(lines, hz, height) for hz, height in spectra)
     return float(lines[np.argmax(told)])
 
 
-def _followed(evidence: Evidence, residual: Array, signal: Array) -> tuple[Array, Array]:
-    """Return frequencies, Hz, and the log of how far the residual times the signal stands out of the median there."""
-    product = residual * (signal - np.mean(signal))
+def _followed(evidence: Evidence, asked: Array, signal: Array) -> tuple[Array, Array]:
+    """Return frequencies, Hz, and the log of how far what is asked times the signal stands out of the median there."""
+    product = asked * (signal - np.mean(signal))
     size = next_fast_len(PADDED * product.size, real=True)
     spectrum = np.abs(rfft((product - np.mean(product)) * np.hanning(product.size), size))
     spectrum[: PADDED * PADDED] = 0.0
@@ -72,12 +68,9 @@ def _followed(evidence: Evidence, residual: Array, signal: Array) -> tuple[Array
     return np.arange(spectrum.size) / (size * evidence.sample_s), height
 
 
-def _signal(observation: Observation, evidence: Evidence, place: Place) -> Array:
+def _signal(observation: Observation, chain: Chain, place: Place) -> Array:
     """Return the signal at the source, at the sense or behind G1, or the branch that F is on, +-1."""
-    if place == Place.F:
-        w = signals(evidence.chain, observation.trace)[evidence.chain.index(Place.F) - 1]
-        return np.sign(np.diff(w, prepend=w[:1]))
-    behind = evidence.chain.index(Place.G1)
-    if place == Place.G1 and behind:
-        return signals(evidence.chain, observation.trace)[behind - 1]
-    return (observation.trace.y if place == Place.SENSE else observation.trace.u)[:]
+    if place in (Place.SOURCE, Place.SENSE):
+        return (observation.trace.u if place == Place.SOURCE else observation.trace.y)[:]
+    behind = signals(chain, observation.trace)[chain.index(place) - 1]
+    return np.sign(np.diff(behind, prepend=behind[:1])) if place == Place.F else behind

@@ -61,7 +61,7 @@ def asked_of_v(chain: Chain, observation: Observation) -> Array:
 
     Borders count alike, whatever their slopes. Zeros where w never moves.
     """
-    left = whitened(observation, np.where(observation.use, observation.residual(chain), 0.0))
+    left = whitened(observation, observation.masked_residual(chain))
     w = signals(chain, observation.trace)[chain.index(Place.F) - 1]
     moves = np.abs(np.diff(w, prepend=w[0])) > MOVES * max(float(np.ptp(w)), 1e-300)
     latest = np.maximum.accumulate(np.where(moves, np.arange(w.size), -1))

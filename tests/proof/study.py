@@ -43,10 +43,10 @@ def _text(out: Path) -> str:
 
 
 def keep(out: Path, mark: str, into: Path = KEPT) -> Path:
-    """Compress the entries of a study that have ``mark`` into a file of its name; return that file."""
+    """Add the entries of a study that have ``mark`` to the compressed file of its name; return that file."""
     into.mkdir(exist_ok=True)
-    lines = "".join(f"{json.dumps(entry)}\n" for entry in answered(out, mark).values())
     file = into / f"{out.name}.xz"
+    lines = "".join(f"{json.dumps(entry)}\n" for entry in (answered(file, mark) | answered(out, mark)).values())
     file.write_bytes(lzma.compress(lines.encode(), preset=9))
     return file
 

@@ -48,6 +48,9 @@ def test_answers_that_are_kept_are_those_of_the_study_and_open_as_they_were_seal
     (trial, entry), = kept(REPLY, tmp_path / "answers").items()
     assert (file.name, trial, entry) == ("proof.jsonl.xz", "3/null/null/0", answered(study, REPLY)[trial])
     assert opened(entry).verdict == "consistent"
+    (tmp_path / study.name).write_text("")
+    keep(tmp_path / study.name, REPLY, tmp_path / "answers")  # another of that name takes nothing away
+    assert kept(REPLY, tmp_path / "answers") == {trial: entry}
 
 
 def test_the_tables_of_the_readmes_are_those_of_all_answers_that_are_kept():
