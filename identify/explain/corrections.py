@@ -17,7 +17,7 @@ from identify.explain.frequencies import flutter_hz, in_front_hz, line_hz, rippl
 from identify.lags import time_constants
 from identify.stage import Place
 from identify.trace import Array
-from identify.unnamed.contact import AfterContact, AfterEither, Giving, Kicking, Sticking
+from identify.unnamed.contact import AfterContact, AfterEither, AfterImpact, Giving, Kicking, Sticking
 from identify.unnamed.correction import UNNAMED, Correction
 from identify.unnamed.hysteresis import Hysteresis, Relays
 from identify.unnamed.linear import Bypass, Filter, OneWay, SlowFilter
@@ -118,7 +118,7 @@ def _memories(evidence: Evidence, name: str) -> Iterator[Correction]:
     yield Sticking(Place.F, tuple(share * max(width, 1e-9) for share in PUSHES), name)
     yield Giving(Place.F, fast_s(evidence)[1::2], name)
     yield Kicking(Place.F, level_knots(evidence, Place.F, KICKS), name)
-    yield AfterContact(Place.F, fast_s(evidence), name)
+    yield from (kind(Place.F, fast_s(evidence), name) for kind in (AfterContact, AfterImpact))
     yield Leak(Place.F, level_knots(evidence, Place.G1, KNOTS), name)
     for place in Hysteresis.places:
         low, high = evidence.range(place)
@@ -154,10 +154,10 @@ def sharpened(evidence: Evidence, correction: Correction) -> list[Correction]:
     if isinstance(correction, GainMap) and correction.counted == "drifts" and correction.place is Place.SENSE:
         more = [count for count in OFTENER if count > len(correction.knots)]
         return [replace(correction, knots=recorded_knots(evidence, count)) for count in more]
-    if correction.form == AfterContact.form:
+    if correction.form in (AfterContact.form, AfterImpact.form):
         often = tuple(np.geomspace(correction.knots[0], correction.knots[-1], RINGS).tolist())
-        every = correction.knots, often
-        return [kind(correction.place, at, correction.name) for kind in (AfterContact, AfterEither) for at in every]
+        kinds = (AfterContact, AfterEither) if correction.form == AfterContact.form else (AfterImpact,)
+        return [kind(correction.place, at, correction.name) for kind in kinds for at in (correction.knots, often)]
     if correction.form == BorderOverRate.form:
         return [GapOverRate(correction.place, correction.knots, correction.name)]
     if correction.form == Hysteresis.form:

@@ -11,6 +11,7 @@ from math import exp
 from identify.explain.bench import Bench
 from identify.explain.free_form import ITERATIONS, as_it_is, begun, ended, gone_on
 from identify.explain.hypothesis import Hypothesis
+from identify.explain.knowing import ruled_out
 from identify.explain.round import FORETOLD
 from identify.explain.suspect import LEVEL, Suspect, is_fine
 from identify.stage import Place
@@ -36,7 +37,7 @@ class Located:
     """The corrections that explain most, fitted, best first, and the misfit without them.
 
     ``prices`` are what the weights of each cost, as logs of likelihoods; ``promised`` is the share of the misfit that
-    the best correction of every place promises to first order.
+    the best correction of every place promises to first order, ``ruled_out`` are places at which it has not come in.
     """
 
     base: Hypothesis
@@ -44,6 +45,7 @@ class Located:
     p_value: float
     prices: tuple[float, ...] = ()
     promised: Mapping[Place, float] = field(default_factory=dict)
+    ruled_out: tuple[Place, ...] = ()
 
     @property
     def significant(self) -> bool:
@@ -76,6 +78,7 @@ class Located:
                 found[place] = max(found.get(place, 0.0), odds if place is correction.place else DISGUISE * odds)
         for place in {correction.place for correction, h in self.fitted if self._as_good(h)}:
             found[place] = max(found[place], DISGUISE * max(found.values()))
+        found = {p: odds for p, odds in found.items() if p not in self.ruled_out} or found
         total = sum(found.values())
         return dict(sorted(((place, odds / total) for place, odds in found.items()), key=lambda item: -item[1]))
 
@@ -105,7 +108,7 @@ class Located:
         """Return the other places the data do not exclude: all where held-out data are no better for the best."""
         likely = [place for place, p in self.places.items() if p > LIKELY]
         every = [*likely, *(place for place in Place if place not in likely)] if self.astray or unproven else likely
-        return tuple(place for place in every if place != self.best.place)
+        return tuple(place for place in every if place not in (self.best.place, *self.ruled_out))
 
     def share_at(self, place: Place) -> float:
         """Return the share of the misfit that the best correction at a place explains, to first order if not fitted."""
@@ -152,7 +155,8 @@ def _located(bench: Bench, base: Hypothesis) -> Located:
         return Located(base, (), first.p_value)
     worth, fitted = gone_on(bench, base, first)
     prices = tuple(s.worth(first.noise)[1] for s in worth)
-    return _ordered(Located(base, tuple(fitted), first.p_value, prices, _promised(first.ranked, base)))
+    promised, elsewhere = _promised(first.ranked, base), ruled_out(base.fit.chain, bench.observations)
+    return _ordered(Located(base, tuple(fitted), first.p_value, prices, promised, elsewhere))
 
 
 def within_reach(bench: Bench, base: Hypothesis, chi2: float) -> bool:
@@ -189,7 +193,7 @@ def _once_more(bench: Bench, base: Hypothesis, before: Located) -> Located:
 def _ordered(found: Located) -> Located:
     """Return the corrections by the odds of their places, those of one place by their scores."""
     worth = scores(found.base, [h for _, h in found.fitted], found.prices)
-    by = sorted(range(len(worth)), key=lambda i: (-found.places[found.fitted[i][0].place], -worth[i]))
+    by = sorted(range(len(worth)), key=lambda i: (-found.places.get(found.fitted[i][0].place, 0.0), -worth[i]))
     return replace(found, fitted=tuple(found.fitted[i] for i in by), prices=tuple(found.prices[i] for i in by))
 
 

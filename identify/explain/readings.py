@@ -13,6 +13,7 @@ from identify.colour import Colour
 from identify.effects.effect import Effect
 from identify.explain.bench import Bench
 from identify.explain.hypothesis import Hypothesis
+from identify.explain.knowing import knows_gap
 from identify.explain.wander import MOSTLY, unrepeated
 from identify.holdout import Split, settling_s, split
 from identify.model import Model
@@ -90,7 +91,7 @@ def read(
 
     def undone(seen: Mended) -> Readings:
         data = split(model, seen.training, seen.proof) if seen.found or alone else raw
-        data, noise = _whitened(data, seen, settling_s(model), look)
+        data, noise = _whitened(data, seen, settling_s(model), look, look.against or before.fit.chain)
         mine, plain = (bench, before) if data is raw else prepared(data)
         told = {blemish.id for blemish in alone}  # what the readings alone tell is not fitted once more
         again = replace(mine, kinds=tuple(kind for kind in mine.kinds if kind.id not in told)), plain
@@ -142,14 +143,18 @@ def _looked(
     return seen, rough
 
 
-def _whitened(data: Split, seen: Mended, settle_s: float, look: Look) -> tuple[Split, tuple[Blemish, ...]]:
+def _whitened(
+    data: Split, seen: Mended, settle_s: float, look: Look, chain: Chain
+) -> tuple[Split, tuple[Blemish, ...]]:
     """Return the data weighed as their noise is coloured or uneven, and what tells of that; as they are where neither.
+
+    Beside a ``chain`` what knows where F stands is no noise of the reading.
     """
     noise = None
     if ColouredNoise.id not in look.leave_out:
         left = noise_left(*_less(look.against, seen, data.noise.rms_v)) if look.against is not None else None
         noise = left or coloured_noise(seen.training, seen.proof, settle_s)  # repeats are few, what is left is all
-    if noise is None:
+    if noise is None or knows_gap(chain, data.train):
         return _evened(data, seen.noise) if seen.noise else (data, ())
     return _weighed(data, noise.rms_v, noise.rms_v, noise.colour), (noise.blemish,)
 
@@ -179,7 +184,7 @@ def suspected(readings: Readings, leave_out: Sequence[str]) -> float:
     noise = noise_left(*_less(readings.plain.fit.chain, _as_recorded(readings), readings.data.noise.rms_v))
     if noise is None or against_repeats(noise, spectra(readings.traces, readings.settle_s)):
         return 0.0
-    return noise.told
+    return 0.0 if knows_gap(readings.plain.fit.chain, readings.bench.observations) else noise.told
 
 
 def hides_noise(readings: Readings, bench: Bench, hypothesis: Hypothesis, leave_out: Sequence[str]) -> bool:
@@ -188,6 +193,8 @@ def hides_noise(readings: Readings, bench: Bench, hypothesis: Hypothesis, leave_
         return False
     noise = noise_left(*_less(hypothesis.fit.chain, _as_recorded(readings), readings.data.noise.rms_v))
     if noise is None or any(noise.blemish.weighs_as(b) for b in _coloured(readings.found)):
+        return False
+    if knows_gap(hypothesis.fit.chain, bench.observations):
         return False
     if in_repeats(noise, spectra(readings.traces, readings.settle_s)):
         return True

@@ -1,4 +1,4 @@
-"""Which free-form laws change how contact is made: one that sticks, one that gives way, that kicks, that rings?"""
+"""Which free-form laws change how contact is made: one that sticks, gives way, kicks, rings, is struck?"""
 
 from abc import abstractmethod
 from dataclasses import dataclass
@@ -116,6 +116,11 @@ class Kicking(PlayCorrection):
     knot_unit = "V"
     weights = (("L", "V"), ("U", "V"))
 
+    @property
+    def nearly_at(self) -> tuple[Place, ...]:
+        """Return G1: what pushes v as it turns pushes w."""
+        return (Place.G1,)
+
     def played(self, borders: Values, values: Values, grid: Grid) -> Run:
         """Return the operator whose contacts kick."""
         at, kicks = np.array(self.knots), np.array(self.split(values))
@@ -165,3 +170,35 @@ class AfterEither(AfterContact):
     form = "after either contact"
     equation = "w' = w + c_L(t) after contact with border L, w - c_U(t) after that with U, t since then"
     weights = (("L", "V"), ("U", "V"))
+
+
+@dataclass(frozen=True)
+class AfterImpact(AfterContact):
+    """The same, in proportion to how fast contact is made: what strikes harder rings and bounces more, and what closes
+    late has farther to go.
+    """
+
+    form = "after impact"
+    kind = "something that goes on after contact is made, the more the faster"
+    equation = "w' = w + |dw/dt| c(t) after contact with border L, less it after that with U, t since, dw/dt then"
+    weights = (("after", "s"),)
+
+    def played(self, borders: Values, values: Values, grid: Grid) -> Run:
+        """Return the operator with what goes on after contact, as fast as that was made."""
+        after = self.split(values)[0]
+        state, last_v, speed = (0.0, -1, 0.0), 0.0, 0.0
+
+        def run(block: Block) -> Array:
+            nonlocal state, last_v, speed
+            v, since = block.signal, np.empty_like(block.signal)
+            rate = np.abs(np.diff(v, prepend=last_v)) / grid.step_s
+            (lower, upper), last_v = _followed(borders, v), float(v[-1])
+            state = contact_kernels.timed_play(lower, upper, state, since, lower)
+            slope = np.where(since > 0.0, borders[0], borders[2])
+            latest = np.maximum.accumulate(np.where(np.abs(since) == 1.0, np.arange(v.size), -1))
+            struck = np.where(latest >= 0, (slope * rate)[latest], speed)
+            speed = float(struck[-1])
+            told = np.interp((np.abs(since) - 1.0) * grid.step_s, self.knots, after)
+            return np.asarray(lower + np.sign(since) * struck * told)
+
+        return run

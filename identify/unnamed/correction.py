@@ -66,7 +66,8 @@ class Correction(Stage):
     @property
     def same_at(self) -> tuple[Place, ...]:
         """Return the places at which this gives the same data, its own first: what G2 puts out is what is read."""
-        return (Place.SENSE, Place.G2) if self.place is Place.SENSE else (self.place,)
+        alike = {Place.G2: (Place.SENSE,), Place.SENSE: (Place.G2,)}
+        return (self.place, *alike.get(self.place, ()))
 
     @property
     def nearly_at(self) -> tuple[Place, ...]:

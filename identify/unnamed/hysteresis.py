@@ -47,13 +47,16 @@ class Hysteresis(Correction):
 
 @dataclass(frozen=True)
 class Relays(Correction):
-    """Something that switches on above a level and off below minus that level, a relay for every knot (Preisach)."""
+    """Something that switches on above a level and off below minus that level, a relay for every knot (Preisach).
+
+    It adds something, or a gain.
+    """
 
     form = "relays"
     kind = "something that switches with hysteresis"
-    equation = "s' = s + sum of a_k R_k, R_k = 1 from s > r_k on, 0 from s < -r_k on"
+    equation = "s' = s + sum of (a_k + b_k s) R_k, R_k = 1 from s > r_k on, 0 from s < -r_k on"
     knot_unit = "V"
-    weights = (("switch", "V"),)
+    weights = (("switch", "V"), ("gain", "V/V"))
     places = (Place.G1, Place.F, Place.SENSE)
     curved = False
     least = 1
@@ -66,17 +69,17 @@ class Relays(Correction):
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal plus what is switched on."""
-        used = [(weight, r) for weight, r in zip(values, self.knots, strict=True) if weight]
+        used = [(a, b, r) for a, b, r in zip(*self.split(values), self.knots, strict=True) if a or b]
         states = np.zeros(len(used))
 
         def run(block: Block) -> Array:
             out = block.signal.copy()
-            for i, (weight, r) in enumerate(used):
+            for i, (a, b, r) in enumerate(used):
                 events = np.where(block.signal > r, 1, np.where(block.signal < -r, -1, 0))
                 latest = np.maximum.accumulate(np.where(events != 0, np.arange(events.size), -1))
                 on = np.where(latest >= 0, events[latest] > 0, states[i] > 0.0)
                 states[i] = float(on[-1])
-                out += weight * on
+                out += (a + b * block.signal) * on
             return out
 
         return run

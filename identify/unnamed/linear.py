@@ -32,6 +32,11 @@ class Filter(Correction):
     least = 1
 
     @property
+    def same_at(self) -> tuple[Place, ...]:
+        """Return the places it may move between: in front of G1 it does the same, as both are linear."""
+        return (Place.G1, Place.SOURCE) if self.place is Place.G1 else super().same_at
+
+    @property
     def axis(self) -> str:
         """Return the coordinate."""
         return "frequency"

@@ -153,11 +153,6 @@ class OverRate(Correction):
         """Return the rate of the signal at the place."""
         return RATES[self.place]
 
-    @property
-    def same_at(self) -> tuple[Place, ...]:
-        """Return its place; what G2 puts out is what is read."""
-        return (Place.G2, Place.SENSE) if self.place is Place.G2 else super().same_at
-
 
 def rate_of(grid: Grid) -> Run:
     """Return how fast a signal moves, V/s."""

@@ -12,7 +12,7 @@ import numpy as np
 from identify.chain import Chain
 from identify.model import Physics
 from identify.stage import Place
-from identify.unnamed.contact import AfterContact, AfterEither, Giving, Kicking, Sticking
+from identify.unnamed.contact import AfterContact, AfterEither, AfterImpact, Giving, Kicking, Sticking
 from identify.unnamed.correction import UNNAMED, Correction
 from identify.unnamed.hysteresis import Hysteresis, Relays
 from identify.unnamed.linear import Bypass, Filter, OneWay, SlowFilter
@@ -55,7 +55,7 @@ KINDS: dict[str, type[Correction]] = {
         SlowFilter, OneWay, Bypass, Hysteresis, Relays, Sticking, Giving, Plateau, GapOverRate, GapAfterTurn, ClockMap,
         OffsetSteps, OffsetInRun, Moments, GainMap, GainSteps, GainInRun, GapOverClock, GapSteps, GapInRun, Ageing,
         Line, Ripple, GapRipple, *AFTER, Swiftness, LevelTable, LeadSteps, LeadDrift, BorderOverRate, Kicking,
-        AfterContact, AfterEither, Flutter, Wave, GapAfterPeak,
+        AfterContact, AfterEither, AfterImpact, Flutter, Wave, GapAfterPeak,
     )
 }  # fmt: skip
 

@@ -1,0 +1,50 @@
+"""Is noise of the reading told from what wanders in the gap, by where F stands?"""
+
+from dataclasses import replace
+
+import pytest
+
+from identify.effects import chain_of
+from identify.explain import explain
+from identify.explain.knowing import knows_gap, ruled_out
+from identify.stage import Place
+from tests.proof.ask import known_effects
+from tests.proof.cases import Concealed
+from tests.proof.rigs import OP_AMP
+from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
+from tests.trials import model_of, observed, recorded
+from tests.unit.identify.test_wander import steps_of
+
+NOISE_V = 0.004
+WALK, WAVE = staircase("walk", FIG13_LEVELS_V, 0.05, 4), sine("wave", 4.0, 3.0, 4, 1)
+READING = Concealed("coloured_noise", {"sd": 0.01, "slope": 1.8})
+IN_GAP = Concealed("wandering_hold", {"sd": 0.05})
+IN_FRONT = Concealed("process_noise", {"sd": 0.02, "bandwidth": 20.0})
+
+
+def runs(physics):
+    """Return two recordings of a rig, their repeats marked."""
+    made = [(recorded(OP_AMP, run, physics, NOISE_V, i, 5.0 * i, 8), run) for i, run in enumerate((WALK, WAVE))]
+    return [replace(trace, steps=steps_of(run.segments)) for trace, run in made]
+
+
+@pytest.mark.parametrize(
+    ("physics", "knows"),
+    [
+        ((), False), ((READING,), False), ((IN_FRONT,), False), ((IN_GAP,), True), ((IN_GAP, READING), False),
+        ((IN_GAP, IN_FRONT), False),
+    ],
+)  # fmt: skip
+def test_noise_of_the_reading_does_not_know_where_f_stands(physics, knows):
+    chain, seen = chain_of(model_of(OP_AMP)), [observed(run, NOISE_V) for run in runs(physics)]
+    assert knows_gap(chain, seen) is knows
+    assert ruled_out(chain, seen) == (tuple(p for p in Place if p is not Place.F) if knows else ())
+    assert not knows_gap(chain, seen[1:])  # of a sine alone too little is held
+
+
+def test_what_wanders_in_the_gap_alone_is_not_named_noise_of_the_reading_but_is_at_f():
+    others = sorted(known_effects() - {"coloured_noise", "offset_drift"})
+    told = explain(model_of(OP_AMP), runs((IN_GAP,)), leave_out=others)
+    assert (told.verdict, told.effects, told.location.stage) == ("unexplained", (), "F")
+    (noise,) = explain(model_of(OP_AMP), runs((READING,)), leave_out=others).effects
+    assert noise.id == "coloured_noise"
