@@ -6,9 +6,12 @@ pushed now and then: from a height h above it the mean gain in a step is g(h), t
 pushes are nearly exponential, as what normal noise exceeds a high level by is, of mean g / p. To first order the
 deviation of w from its mean thus fades with p and is pushed by 2 g^2 / p in variance in a step; away from both borders
 it stays as it is.
+
+Where it is the contact that is made elsewhere every time, that deviation is another at every new contact, and stays.
 """
 
 import numpy as np
+from scipy.special import ndtr
 
 from identify.blocks import LinearBlock
 from identify.chain import Chain, grid_of, signals
@@ -20,6 +23,8 @@ from identify.trace import Array
 
 FADES = 6.0 / np.pi**2  # times p: so that it scatters as the highest of many does (E. J. Gumbel, 1958), not less
 FORGETS: dict[Kind, float] = {"low-pass": 1.0, "white": 2.0}  # in its unit of time: no quicker than the noise itself
+NEAR = 1e-9  # of how far w goes: it stands at a border that is no farther away
+PUSHED = 0.25  # chance of a border that is anew elsewhere to push what rested at the other
 NEVER = 1e-9  # chance of a push in a step below which there is none
 
 
@@ -41,6 +46,36 @@ def wander_of(chain: Chain, observation: Observation, sd_v: float, kind: Kind, b
     keep_u, gain_u = _pushed((s_u * (v - d_u) - before) / sizes[1], table, memory)
     gained = (sizes[0] ** 2 * gain_l + sizes[1] ** 2 * gain_u) / o.noise_v**2
     return _behind(chain, grid, keep_l * keep_u, gained, o)
+
+
+def scattered_of(chain: Chain, observation: Observation, sd_v: float, at_turns: bool) -> Wander:
+    """Return how w wanders in a run where every contact is made elsewhere by chance, by an sd in V of v.
+
+    Where the gap is another already ``at_turns``, w may be pushed as it leaves a border. Raises ValueError where the
+    chain cannot be simulated.
+    """
+    o = observation
+    grid, passed = grid_of(o.trace), signals(chain, o.trace)
+    v, w = passed[chain.index(Place.G1) - 1], passed[chain.index(Place.F) - 1]
+    s_l, d_l, s_u, d_u = (chain.values[f"F.{name}"] for name in ("S_L", "D_L", "S_U", "D_U"))
+    lower, upper = s_l * (v - d_l), s_u * (v - d_u)
+    reach = NEAR * float(np.max(np.abs(w)))
+    away = (w - lower > reach) & (upper - w > reach)
+    held = w[np.maximum(np.maximum.accumulate(np.where(away, np.arange(w.size), -1)), 0)]
+    sizes = abs(s_l) * sd_v, abs(s_u) * sd_v
+    met_l, met_u = _met((held - lower) / sizes[0]), _met((upper - held) / sizes[1])
+    if at_turns:
+        opens = away & ~np.concatenate((away[:1], away[:-1]))
+        met_l, met_u = (np.where(opens, PUSHED, met) for met in (met_l, met_u))
+    gained = (sizes[0] ** 2 * met_l + sizes[1] ** 2 * met_u) / o.noise_v**2
+    return _behind(chain, grid, (1.0 - met_l) * (1.0 - met_u), gained, o)
+
+
+def _met(height: Array) -> Array:
+    """Return the chance that a border, somewhere by a normal law of sd 1, is met in a step, of heights above it."""
+    last = np.concatenate((height[:1], height[:-1]))
+    there, before = ndtr(-height), ndtr(-last)
+    return np.clip((there - before) / np.maximum(1.0 - before, NEVER), 0.0, 1.0)
 
 
 def _pushed(height: Array, table: Array, memory: float) -> tuple[Array, Array]:

@@ -43,7 +43,7 @@ SURE = (0.2, 1.5)  # of the logs of size and bandwidth: the structure is that of
 
 
 @dataclass(frozen=True, eq=False)
-class _Repeats:
+class Repeats:
     """What a model leaves of one run, V, and what is played twice in it: samples, and which both count."""
 
     observation: Observation
@@ -74,8 +74,8 @@ def carried(bench: Bench, plain: Hypothesis) -> tuple[Bench, Hypothesis] | None:
     before, chance = differ(chain, seen)
     if not np.any(before > chance):
         return None
-    repeats = _repeats(chain, seen)
-    begun = _begun(laws[0], chain, repeats)
+    repeats = repeats_of(chain, seen)
+    begun = begun_at(laws[0], chain, repeats)
     if begun is None:
         return None
     found = [_weighed(bench, _with(law, law.put_in(chain, {}), begun), (law,), repeats) for law in laws]
@@ -115,7 +115,7 @@ def differ(chain: Chain, observations: Sequence[Observation]) -> tuple[Array, Ar
 
 def weighed_again(bench: Bench, final: Hypothesis) -> tuple[Bench, Hypothesis]:
     """Return bench and hypothesis with the noise measured once more beside all else that was found."""
-    repeats = _repeats(final.fit.chain, bench.observations)
+    repeats = repeats_of(final.fit.chain, bench.observations)
     again, found = _weighed(bench, final.fit.chain, final.effects, repeats)
     return _as_rough(again, bench.rough), found
 
@@ -201,10 +201,10 @@ def _colour(law: Effect, chain: Chain, observation: Observation) -> Colour:
     return Colour(wander=law.wander(chain, observation))
 
 
-def _repeats(chain: Chain, observations: Sequence[Observation]) -> list[_Repeats]:
+def repeats_of(chain: Chain, observations: Sequence[Observation]) -> list[Repeats]:
     """Return what a chain leaves of every run, and what is played twice there."""
     left = [(o, o.residual(chain)) for o in observations]
-    return [_Repeats(o, residual, tuple(compared(o, residual))) for o, residual in left]
+    return [Repeats(o, residual, tuple(compared(o, residual))) for o, residual in left]
 
 
 def _as_rough(bench: Bench, rough: float) -> Bench:
@@ -217,7 +217,7 @@ def _with(law: Effect, chain: Chain, logs: Array) -> Chain:
     return chain.with_values({p.name: float(x) for p, x in zip(law.parameters(), np.exp(logs), strict=True)})
 
 
-def _cost(law: Effect, chain: Chain, repeats: Sequence[_Repeats]) -> Callable[[Array], float]:
+def cost_of(law: Effect, chain: Chain, repeats: Sequence[Repeats]) -> Callable[[Array], float]:
     """Return the cost of differences between repeats over the logs of a law's numbers; infinity where there is none."""
 
     def cost(logs: Array) -> float:
@@ -230,10 +230,10 @@ def _cost(law: Effect, chain: Chain, repeats: Sequence[_Repeats]) -> Callable[[A
     return cost
 
 
-def _begun(law: Effect, chain: Chain, repeats: Sequence[_Repeats]) -> Array | None:
+def begun_at(law: Effect, chain: Chain, repeats: Sequence[Repeats]) -> Array | None:
     """Return logs of size and bandwidth near the likeliest; None where none makes much of what repeats differ by."""
     bands = [band * repeats[0].observation.trace.rate_hz for band in BANDS]
-    cost = _cost(law, law.put_in(chain, {}), repeats)
+    cost = cost_of(law, law.put_in(chain, {}), repeats)
     found = [(cost(at), at) for at in np.log([(size * gap_v(chain), band) for size in SIZES for band in bands])]
     least, at = min(found, key=lambda each: each[0])
     without = sum(r.cost(Colour()) for r in repeats)
@@ -241,8 +241,16 @@ def _begun(law: Effect, chain: Chain, repeats: Sequence[_Repeats]) -> Array | No
     return at if without - least > WORTH * (without - count) else None
 
 
+def likeliest(law: Effect, chain: Chain, repeats: Sequence[Repeats], begun: Array) -> tuple[Array, float]:
+    """Return the logs of a law's numbers with which repeats differ most likely, from a beginning, and what they cost.
+    """
+    options: Any = {"xatol": 0.02, "fatol": 1.0, "maxfev": TRIALS, "initial_simplex": begun + SIMPLEX}
+    found: Any = minimize(cost_of(law, chain, repeats), begun, method="Nelder-Mead", options=options)
+    return np.asarray(found.x), float(found.fun)
+
+
 def _weighed(
-    bench: Bench, chain: Chain, effects: tuple[Effect, ...], repeats: Sequence[_Repeats]
+    bench: Bench, chain: Chain, effects: tuple[Effect, ...], repeats: Sequence[Repeats]
 ) -> tuple[Bench, Hypothesis]:
     """Return the bench weighed as makes what repeats differ by most likely, and the chain fitted there.
 
@@ -251,9 +259,7 @@ def _weighed(
     law = next(effect for effect in effects if effect.by_chance)
     names = [p.name for p in law.parameters()]
     begun = np.log([chain.values[name] for name in names])
-    options: Any = {"xatol": 0.02, "fatol": 1.0, "maxfev": TRIALS, "initial_simplex": begun + SIMPLEX}
-    found: Any = minimize(_cost(law, chain, repeats), begun, method="Nelder-Mead", options=options)
-    logs = np.asarray(found.x)
+    logs, _ = likeliest(law, chain, repeats, begun)
     pull = Pull(lambda there: np.log([there.values[name] for name in names]), logs, np.array(SURE))
     chain = _with(law, chain, logs)
     coarsest = [replace(o, substeps=1, left_out=None) for o in bench.observations]

@@ -39,6 +39,7 @@ from identify.explain.readings import (
     reread,
     suspected,
 )
+from identify.explain.scattered import scattered
 from identify.explain.select import Selected, selected
 from identify.explain.survey import surveyed
 from identify.explain.suspect import is_fine
@@ -133,7 +134,8 @@ def _found(readings: Readings, note: Note, look: Look) -> Selected | Chain:
     They are where what it leaves is coloured noise, or blemishes.
     """
     bench, plain = readings.bench, readings.plain
-    bench = foretelling(bench) if comes_back(bench, plain) or foretells_all(bench, plain) else bench
+    if comes_back(bench, plain) or foretells_all(bench, plain) or scattered(bench, plain):
+        bench = foretelling(bench)
     wanders = unrepeated(plain.fit.chain, bench.observations) > MOSTLY and not foretold(bench, plain)
     beside = selected_beside(bench, plain, note) if wanders else None
     noisy = suspected(readings, look.leave_out) if look.against is None and beside is None else 0.0

@@ -1,0 +1,74 @@
+"""Is contact made elsewhere every time, so that no law foretells where?
+
+Noise in front of the gap carries w along while a border pushes it, too; where only the contact is another, w keeps
+what it found there until the next one. Which of the two makes what repeats differ by likelier, is asked of
+either with the numbers that do so most (identify.wandering).
+"""
+
+from collections.abc import Callable, Sequence
+from math import exp, inf, log
+
+import numpy as np
+from scipy.linalg import LinAlgError
+from scipy.optimize import minimize_scalar
+
+from identify.blocks import Play
+from identify.chain import Chain
+from identify.colour import Colour
+from identify.effects.inside_play import gap_v
+from identify.explain.bench import Bench
+from identify.explain.carried import SIZES, WORTH, Repeats, begun_at, cost_of, differ, likeliest, repeats_of
+from identify.explain.hypothesis import Hypothesis
+from identify.wandering import scattered_of
+
+SURELY = 20.0  # twice the log of a likelihood, by which that is likelier
+STEP = log(SIZES[1] / SIZES[0])
+
+
+def scattered(bench: Bench, plain: Hypothesis) -> bool:
+    """Return whether what repeats differ by is likelier made by contacts, each elsewhere, than by noise before them.
+
+    False where repeats differ by no more than chance lets them, or where readings are weighed beside something else.
+    """
+    chain, seen = plain.fit.chain, bench.observations
+    laws = [law for kind in bench.kinds if kind.by_chance for law in kind.variants() if law.applicable(chain)]
+    if not laws or chain.stage_of(Play) is None or not gap_v(chain) or not all(o.colour.white for o in seen):
+        return False
+    before, chance = differ(chain, seen)
+    if not np.any(before > chance):
+        return False
+    repeats = repeats_of(chain, seen)
+    least = min(_least(_cost(chain, repeats, at_turns), gap_v(chain)) for at_turns in (False, True))
+    without = sum(r.cost(Colour()) for r in repeats)
+    count = sum(int(np.count_nonzero(both)) for r in repeats for *_, both in r.pairs)
+    if without - least < WORTH * (without - count):
+        return False
+    begun = begun_at(laws[0], chain, repeats)
+    if begun is None:
+        return True
+    among = [law.put_in(chain, {}) for law in laws]
+    if any(cost_of(law, there, repeats)(begun) < least for law, there in zip(laws, among, strict=True)):
+        return False
+    costs = [likeliest(law, there, repeats, begun)[1] for law, there in zip(laws, among, strict=True)]
+    return least + SURELY < min(costs)
+
+
+def _cost(chain: Chain, repeats: Sequence[Repeats], at_turns: bool) -> Callable[[float], float]:
+    """Return the cost of differences between repeats over the log of the sd of contacts; infinity where there is none.
+    """
+
+    def cost(log_sd: float) -> float:
+        try:
+            wanders = [scattered_of(chain, r.observation, exp(log_sd), at_turns) for r in repeats]
+            return sum(r.cost(Colour(wander=wander)) for r, wander in zip(repeats, wanders, strict=True))
+        except (ValueError, ArithmeticError, LinAlgError):
+            return inf
+
+    return cost
+
+
+def _least(cost: Callable[[float], float], gap: float) -> float:
+    """Return the least cost near the best of some sizes, shares of the gap."""
+    at = min(np.log(SIZES * gap).tolist(), key=cost)
+    found = minimize_scalar(cost, bounds=(at - STEP, at + STEP), method="bounded", options={"xatol": 0.05})
+    return float(found.fun)
