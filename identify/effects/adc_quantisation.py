@@ -1,10 +1,14 @@
 """The steps of the ADC, where they are coarse enough to show in the mean reading."""
 
+from functools import lru_cache
 from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline
 from scipy.special import ndtr
 
+from identify import kernels
 from identify.effects.effect import Confusion, Effect
 from identify.stage import Grid, Parameter, Place, Run, Shape, Values, memoryless
 from identify.trace import Array
@@ -16,6 +20,7 @@ LSB = Parameter("adc_quantisation.LSB", "V", "log")
 NOISE = Parameter("adc_quantisation.noise", "V", "log", within=30.0)
 SMOOTH = 1.0  # noise over step from which on the mean reading shows no steps: they are 1e-9 of an LSB
 BEYOND = 9.0  # sd: noise does not reach an edge so far off
+PIECES = 1024  # of a step, in which its rounding off is told
 LEAST = 0.02  # of a step: noise below it is not told from none
 
 
@@ -63,11 +68,27 @@ class AdcQuantisation(Effect):
 def rounded_mean(y: Array, lsb: float, noise: float) -> Array:
     """Return the mean of ``lsb`` round((y + n) / lsb) over Gaussian n: a staircase whose edges are its distribution."""
     scaled = y / lsb
-    whole, width = np.rint(scaled), max(noise / lsb, LEAST)
-    part = scaled - whole
-    mean = whole.copy()
+    whole = np.rint(scaled)
+    part = np.empty_like(scaled)
+    kernels.plus_curve(-0.5, 1.0 / PIECES, _rounding_off(max(noise / lsb, LEAST)), scaled - whole, part)
+    return np.asarray(lsb * (whole + part))
+
+
+@lru_cache(maxsize=64)
+def _rounding_off(width: float) -> NDArray[np.float64]:
+    """Return by how much the mean reading differs from the level within a step, in steps, for noise of ``width``.
+
+    Cubic pieces as identify.kernels.plus_curve takes them; they are off by 1e-7 of a step at most.
+    """
+    part = np.linspace(-0.5, 0.5, PIECES + 1)
+    off, slope = -part, -np.ones(part.size)
     for edge in (0.5, 1.5, 2.5, 3.5):
         if edge - 0.5 > BEYOND * width:
             break
-        mean += ndtr((part - edge) / width) - ndtr((-part - edge) / width)
-    return np.asarray(lsb * mean)
+        above, below = (part - edge) / width, (-part - edge) / width
+        off += ndtr(above) - ndtr(below)
+        slope += (np.exp(-0.5 * np.square(above)) + np.exp(-0.5 * np.square(below))) / (width * np.sqrt(2.0 * np.pi))
+    rows = np.zeros((part.size, 4))
+    rows[:-1] = CubicHermiteSpline(part, off, slope).c[::-1].T
+    rows[-1, :2] = off[-1], slope[-1]
+    return rows

@@ -48,12 +48,14 @@ STRIDE, LAST = 3, 3  # iterations of a lap of the race, corrections that come to
 class Begun:
     """What corrections promise on top of a hypothesis, and the first fit of each that promises most.
 
-    ``ranked`` are all, with the variance ``noise`` that none explains; without significance nothing is fitted.
+    ``ranked`` are all, with the variance ``noise`` that none explains; without significance nothing is fitted. Those
+    ``asked`` for are what those ``worth`` a fit were before they had the knots that the data ask for.
     """
 
     p_value: float
     ranked: Sequence[Suspect] = ()
     noise: float = 1.0
+    asked: Sequence[Suspect] = ()
     worth: Sequence[Suspect] = ()
     fitted: Sequence[tuple[Correction, Hypothesis]] = ()
 
@@ -71,10 +73,11 @@ def begun(bench: Bench, base: Hypothesis) -> Begun:
         return Begun(p_value)
     evidence = bench.evidence(base)
     noise = unexplained(evidence, ranked)
-    smooth = [finer(evidence, s, noise) for s in contenders(ranked, noise)]
+    asked = contenders(ranked, noise)
+    smooth = [finer(evidence, s, noise) for s in asked]
     worth = [*smooth, *cornered(evidence, ranked, noise)]
     fitted = [(s.correction, fitted_from(bench, base, s)) for s in worth]
-    return Begun(p_value, ranked, noise, worth, fitted)
+    return Begun(p_value, ranked, noise, asked, worth, fitted)
 
 
 def gone_on(
@@ -100,7 +103,7 @@ def untried(bench: Bench, base: Hypothesis, first: Begun, least: Hypothesis) -> 
     Where the best fit, ``least``, may leave none but noise: what fits as well by a weight for every few readings, and
     of laws that one knot may do for those that promise nearly as much there, which where it is unknown they did not.
     """
-    evidence, left = bench.evidence(base), overlooked(first.ranked, first.worth)
+    evidence, left = bench.evidence(base), overlooked(first.ranked, [*first.asked, *first.worth])
     most = max(s.gain for s in first.ranked)
     fine = {s.correction.form for s in first.ranked if is_fine(s.correction)}
     enough = least.misfit <= base.noise_known and base.chi2 - least.chi2 >= KEPT * most

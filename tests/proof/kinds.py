@@ -461,6 +461,11 @@ def _crosstalk(rng: Rng, reach: Reach) -> Scaled:
     return lambda strength: {"size": 10.0 * up * reach.rig.noise_v * strength, "level": level}
 
 
+def _range(rng: Rng, reach: Reach) -> Scaled:
+    level, up = float(rng.uniform(0.2, 0.5)) * min(reach.high_w_v, -reach.low_w_v), sign(rng)
+    return lambda strength: {"share": 0.2 * up * strength, "level": level}
+
+
 def _wavy(rng: Rng, reach: Reach) -> Scaled:
     period = float(rng.uniform(0.15, 0.5)) * reach.high_w_v
     return lambda strength: {"size": 0.05 * reach.high_w_v * strength, "period": period}
@@ -518,5 +523,8 @@ UNHEARD: tuple[Kind, ...] = (
     Kind("late_converter", "sense", "late_converter", _one("late", lambda r: 2e-3)),
     Kind("later_contact", "F", "later_contact", _one("k", lambda r: 0.3 * r.rig.half_gap_v / r.speed_v)),
     Kind("stirred_gap", "F", "stirred_gap", _stirred),
+    Kind("debounced_contact", "F", "debounced_contact", _one("wait", lambda r: 20e-3)),
+    Kind("switching_gain", "G2", "switching_gain", _range),
+    Kind("averaging_adc", "sense", "averaging_adc", lambda rng, r: lambda s: {"length": 1e-4 + 40e-3 * s}),
     Kind("rectified_offset", "G1", "rectified_offset", _rectified_offset),
 )

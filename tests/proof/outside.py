@@ -401,7 +401,40 @@ def stale_reading(y: Array, scene: Scene) -> Array:
     return np.asarray(y[np.maximum.accumulate(np.where(stale, 0, np.arange(y.size)))])
 
 
+def debounced_contact(v: Array, scene: Scene) -> Array:
+    """Let either contact be made only when v has pushed for ``wait`` [s]: w then jumps onto its border."""
+    return np.asarray(_waited(*borders(v, scene.rig), scene.values["wait"] / scene.grid.step_s))
+
+
+@njit(cache=True)
+def _waited(lower, upper, wait):  # type: ignore[no-untyped-def]  # compiled
+    """Return a play of which a border takes w along only after it has pushed for ``wait`` steps."""
+    out = np.empty(lower.size)
+    w, pushed = 0.0, 0.0
+    for n in range(lower.size):
+        pushed = 0.0 if lower[n] <= w <= upper[n] else pushed + 1.0
+        if pushed > wait:
+            w = min(upper[n], max(lower[n], w))
+        out[n] = w
+    return out
+
+
+def switching_gain(x: Array, scene: Scene) -> Array:
+    """Let x be larger by ``share`` from where it exceeds ``level`` [V] until it falls below minus that: a range."""
+    return x * (1.0 + scene.values["share"] * _up(x, scene.values["level"]))
+
+
+def averaging_adc(y: Array, scene: Scene) -> Array:
+    """Read the mean of y over the last ``length`` [s], as a converter that integrates does."""
+    count = scene.values["length"] * scene.grid.rate_hz
+    taps = np.clip(count - np.arange(np.ceil(count)), 0.0, 1.0) / count
+    return np.asarray(lfilter(taps, [1.0], y))
+
+
 OUTSIDE: dict[str, tuple[Place, Change]] = {
+    "debounced_contact": ("play", debounced_contact),
+    "switching_gain": ("x", switching_gain),
+    "averaging_adc": ("y", averaging_adc),
     "reference_ripple": ("drive", reference_ripple),
     "source_line": ("drive", source_line),
     "rippling_gain": ("v", rippling_gain),

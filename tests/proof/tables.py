@@ -70,6 +70,7 @@ def _asked(outcomes: Sequence[Outcome], twins: Twins) -> Rows:
         (f"both named, {AS_ONE}", "", str(share(pair, lambda o: _kinds(o.ids, twins) <= _kinds(o.names, twins)))),
         (BOTH_LISTED, "", str(share(pair, lambda o: o.within))),
         ("two effects: at least one, and no wrong name", "97 %", str(share(pair, _one_and_no_wrong))),
+        ("at least one, and no wrong name without a right one in its set", "", str(share(pair, _one_in_every_set))),
         (f"one and no wrong name, {AS_ONE}", "", str(share(pair, lambda o: _one_and_none_else(o, twins)))),
         (MISNAMED, "", str(share(pair, confident_and_wrong))),
         ("outside the catalogue: right stage", "85 %", str(share(outside, lambda o: o.placed))),
@@ -102,6 +103,12 @@ def _one_and_none_else(outcome: Outcome, twins: Twins) -> bool:
 
 def _one_and_no_wrong(outcome: Outcome) -> bool:
     return bool(outcome.names) and not outcome.wrong
+
+
+def _one_in_every_set(outcome: Outcome) -> bool:
+    """Return whether something is named, and a true name is in every set of those that cannot be told apart."""
+    sets = [{f["id"], *(told["id"] for told in f["could_also_be"])} for f in outcome.findings]
+    return bool(sets) and all(names & set(outcome.ids) for names in sets)
 
 
 def _head(outcomes: Sequence[Outcome]) -> str:

@@ -469,7 +469,7 @@ def test_where_a_fit_may_leave_noise_laws_that_one_knot_does_are_tried_too() -> 
     base = there.fitted(there.plain, ())
     first = begun(there, base)
     least = min((h for _, h in first.fitted), key=lambda h: h.chi2)
-    only = replace(first, worth=[s for s in first.ranked if s.correction.form == Filter.form])
+    only = replace(first, asked=(), worth=[s for s in first.ranked if s.correction.form == Filter.form])
     tried = untried(there, base, only, least)
     most = max(s.gain for s in first.ranked)
     assert most > LARGE

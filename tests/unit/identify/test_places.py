@@ -15,9 +15,11 @@ from identify.explain.bench import Bench
 from identify.explain.entered import entered
 from identify.explain.locate import LIKELY, Located, entered_at, located
 from identify.stage import Place
+from identify.unnamed.contact import Kicking
 from identify.unnamed.hysteresis import Hysteresis
+from identify.unnamed.linear import Filter
 from identify.unnamed.maps import RateGain, RateMap
-from identify.unnamed.modulation import GapAfterLoad
+from identify.unnamed.modulation import GapAfterLoad, Swiftness
 from identify.unnamed.timed import ClockMap, GainMap, GainSteps, GapOverClock, OffsetInRun, Timed
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
@@ -41,7 +43,10 @@ PLANTED = {  # law -> its values, the stage, the forms that may tell it, the lea
     "stick_slip": ({"stuck": 0.3}, Place.F, {"stick and slip"}, 0.7),
     "giving_contact": ({"tau": 1e-3}, Place.F, {"contact that gives way"}, 0.99),
     "kicking_contact": ({"kick": 0.2}, Place.F, {"kick at opening"}, 0.99),
-    "ringing_contact": ({"size": 0.2, "frequency": 150.0}, Place.F, {"after contact"}, 0.7),
+    "debounced_contact": ({"wait": 2e-3}, Place.F, {"after impact"}, 0.9),
+    "switching_gain": ({"share": 0.05, "level": 4.0}, Place.SENSE, {"relays"}, 0.99),
+    "averaging_adc": ({"length": 1e-3}, Place.G2, {"filter"}, 0.99),
+    "ringing_contact": ({"size": 0.2, "frequency": 150.0}, Place.F, {"after contact", "after either contact"}, 0.7),
     "worked_gain": ({"k": 0.02, "tau": 0.1, "top": 600.0}, Place.F, {"gain after motion"}, 0.9),
     "stirred_gap": ({"k": 0.1, "tau": 0.1, "top": 100.0}, Place.F, {"gap after motion"}, 0.9),
     "rectified_offset": ({"k": 0.05, "tau": 0.1}, Place.G1, {"offset after use"}, 0.9),
@@ -118,6 +123,17 @@ def test_a_gap_that_follows_the_past_is_a_disguise_where_an_offset_in_front_of_i
     assert min(fitted.chi2 for _, fitted in gaps) == min(fitted.chi2 for _, fitted in told.fitted)
     assert all(told.foretold(law, fitted) for law, fitted in gaps)
     assert told.places[Place.G1] > 2.0 * told.places[Place.F]
+
+
+def test_linear_dynamics_are_the_same_on_either_side_of_a_linear_block() -> None:
+    """What is behind G2 is what is read; a contact that kicks as it opens is v kicked as it turns, nearly."""
+    assert Filter(Place.G1, (1e-3,)).same_at == (Place.G1, Place.SOURCE)
+    assert Filter(Place.G2, (1e-3,)).same_at == (Place.G2, Place.SENSE)
+    assert Swiftness(Place.G2, (-1.0, 1.0)).same_at == (Place.G2, Place.SENSE)
+    assert Swiftness(Place.G1, (-1.0, 1.0)).same_at == (Place.G1,)
+    assert Kicking(Place.F, (-1.0, 1.0)).like_at == (Place.F, Place.G1)
+    told = planted("averaging_adc")
+    assert told.alternatives()[0] is Place.SENSE
 
 
 @pytest.mark.parametrize("kind", [ClockMap, GainMap, GainSteps, OffsetInRun])
