@@ -82,9 +82,7 @@ def _rounding_off(width: float) -> NDArray[np.float64]:
     """
     part = np.linspace(-0.5, 0.5, PIECES + 1)
     off, slope = -part, -np.ones(part.size)
-    for edge in (0.5, 1.5, 2.5, 3.5):
-        if edge - 0.5 > BEYOND * width:
-            break
+    for edge in np.arange(0.5, 1.0 + BEYOND * width):
         above, below = (part - edge) / width, (-part - edge) / width
         off += ndtr(above) - ndtr(below)
         slope += (np.exp(-0.5 * np.square(above)) + np.exp(-0.5 * np.square(below))) / (width * np.sqrt(2.0 * np.pi))
