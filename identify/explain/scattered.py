@@ -46,11 +46,10 @@ def scattered(bench: Bench, plain: Hypothesis) -> bool:
     begun = begun_at(laws[0], chain, repeats)
     if begun is None:
         return True
-    among = [law.put_in(chain, {}) for law in laws]
-    if any(cost_of(law, there, repeats)(begun) < least for law, there in zip(laws, among, strict=True)):
+    among = [(law, law.put_in(chain, {})) for law in laws]
+    if any(cost_of(law, there, repeats)(begun) < least for law, there in among):
         return False
-    costs = [likeliest(law, there, repeats, begun)[1] for law, there in zip(laws, among, strict=True)]
-    return least + SURELY < min(costs)
+    return all(least + SURELY < likeliest(law, there, repeats, begun)[1] for law, there in among)
 
 
 def _cost(chain: Chain, repeats: Sequence[Repeats], at_turns: bool) -> Callable[[float], float]:
