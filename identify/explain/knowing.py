@@ -1,8 +1,8 @@
 """Does what wanders from repeat to repeat know where F stands?
 
-Noise of the reading does not, nor does what comes in behind F; what comes in in front of it is there at a border, too.
-What wanders while w is held in the gap, and is gone as soon as a border pushes w, has come in at F. Told from what
-repeats differ by, so that physics that comes back is in none of it.
+Noise of the reading does not, nor does what comes in behind F. What wanders while w is held in the gap, and is next to
+gone as soon as a border pushes w, has come in at F, or in front of it where it is so quick that G2 passes none of it
+but what the gap has kept. Told from what repeats differ by, so that physics that comes back is in none of it.
 """
 
 from collections.abc import Sequence
@@ -39,9 +39,9 @@ def knows_gap(chain: Chain, observations: Sequence[Observation]) -> bool:
 
 
 def ruled_out(chain: Chain, observations: Sequence[Observation]) -> tuple[Place, ...]:
-    """Return the places at which a misfit, most of which does not come back, has not come in."""
-    at_f = unrepeated(chain, observations) > MOSTLY and knows_gap(chain, observations)
-    return tuple(place for place in Place if place is not Place.F) if at_f else ()
+    """Return the places at which a misfit, most of which does not come back, has not come in: those behind F."""
+    in_gap = unrepeated(chain, observations) > MOSTLY and knows_gap(chain, observations)
+    return (Place.G2, Place.SENSE) if in_gap else ()
 
 
 def _windows(chain: Chain, observation: Observation) -> tuple[Array, Array]:
