@@ -105,9 +105,13 @@ class Located:
         return self.base.chi2 - self.fitted[0][1].chi2 < LITTLE * self.base.proven
 
     def alternatives(self, unproven: bool = False) -> tuple[Place, ...]:
-        """Return the other places the data do not exclude: all where held-out data are no better for the best."""
+        """Return the other places the data do not exclude: all where held-out data are no better for the best.
+
+        So it is where what is not ruled out was not fitted.
+        """
         likely = [place for place, p in self.places.items() if p > LIKELY]
-        every = [*likely, *(place for place in Place if place not in likely)] if self.astray or unproven else likely
+        is_open = self.astray or unproven or self.best.place in self.ruled_out
+        every = [*likely, *(place for place in Place if place not in likely)] if is_open else likely
         return tuple(place for place in every if place not in (self.best.place, *self.ruled_out))
 
     def share_at(self, place: Place) -> float:

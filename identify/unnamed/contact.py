@@ -186,12 +186,13 @@ class AfterImpact(AfterContact):
     def played(self, borders: Values, values: Values, grid: Grid) -> Run:
         """Return the operator with what goes on after contact, as fast as that was made."""
         after = self.split(values)[0]
-        state, last_v, speed = (0.0, -1, 0.0), 0.0, 0.0
+        last_v: float | None = None
+        state, speed = (0.0, -1, 0.0), 0.0
 
         def run(block: Block) -> Array:
             nonlocal state, last_v, speed
             v, since = block.signal, np.empty_like(block.signal)
-            rate = np.abs(np.diff(v, prepend=last_v)) / grid.step_s
+            rate = np.abs(np.diff(v, prepend=v[0] if last_v is None else last_v)) / grid.step_s
             (lower, upper), last_v = _followed(borders, v), float(v[-1])
             state = contact_kernels.timed_play(lower, upper, state, since, lower)
             slope = np.where(since > 0.0, borders[0], borders[2])

@@ -385,6 +385,18 @@ def test_a_correction_that_explains_little_excludes_no_other_place(left: float, 
     assert Place.F not in told.alternatives()
 
 
+def test_a_place_that_is_ruled_out_is_not_told_and_all_else_is_open_where_nothing_else_was_fitted() -> None:
+    there = bench()
+    base, behind = replace(there.fitted(there.plain, ()), chi2=2000.0, count=1000), (Place.G2, Place.SENSE)
+    drift, border = (kind(place, (-1.0, 0.0, 1.0)) for kind, place in ((ClockMap, Place.SENSE), (RateMap, Place.F)))
+    best, second = (drift, replace(base, chi2=1000.0)), (border, replace(base, chi2=1500.0))
+    assert next(iter(Located(base, (best, second), 0.0, (5.0, 5.0)).places)) is Place.SENSE
+    told = Located(base, (second, best), 0.0, (5.0, 5.0), ruled_out=behind)
+    assert (tuple(told.places), told.best.place, told.alternatives()) == ((Place.F,), Place.F, ())
+    alone = Located(base, (best,), 0.0, (5.0,), ruled_out=(*behind, Place.F))
+    assert set(alone.alternatives()) == {Place.SOURCE, Place.G1}
+
+
 @pytest.mark.parametrize("kind", [LevelMap, Relays])
 def test_what_a_law_of_v_explains_as_well_as_one_of_w_is_taken_for_that_of_w(kind: type[Correction]) -> None:
     there = bench()
