@@ -67,13 +67,11 @@ def carried(bench: Bench, plain: Hypothesis) -> tuple[Bench, Hypothesis] | None:
     None where repeats differ by no more than the noise of the reading, or not as such noise makes them differ, or where
     its mean is not in the readings: noise behind the gap ratchets nothing.
     """
+    laws = in_question(bench, plain)
+    if not laws:
+        return None
     chain, seen = plain.fit.chain, bench.observations
-    laws = [law for kind in bench.kinds if kind.by_chance for law in kind.variants() if law.applicable(chain)]
-    if not laws or chain.stage_of(Play) is None or not gap_v(chain) or not all(o.colour.white for o in seen):
-        return None
     before, chance = differ(chain, seen)
-    if not np.any(before > chance):
-        return None
     repeats = repeats_of(chain, seen)
     begun = begun_at(laws[0], chain, repeats)
     if begun is None:
@@ -86,6 +84,19 @@ def carried(bench: Bench, plain: Hypothesis) -> tuple[Bench, Hypothesis] | None:
     mean, needed = _mean(beside, base)
     rough = max(ROUGH * mean, NEARLY * _volume(beside))
     return (_as_rough(beside, rough), base) if mean > needed else None
+
+
+def in_question(bench: Bench, plain: Hypothesis) -> list[Effect]:
+    """Return the laws of noise in front of the gap, where repeats differ by more than the noise of the reading.
+
+    None without a gap, or where readings are weighed beside something else.
+    """
+    chain, seen = plain.fit.chain, bench.observations
+    laws = [law for kind in bench.kinds if kind.by_chance for law in kind.variants() if law.applicable(chain)]
+    if not laws or chain.stage_of(Play) is None or not gap_v(chain) or not all(o.colour.white for o in seen):
+        return []
+    before, chance = differ(chain, seen)
+    return laws if np.any(before > chance) else []
 
 
 def ratchets(bench: Bench, final: Hypothesis) -> bool:

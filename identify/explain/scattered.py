@@ -12,12 +12,11 @@ import numpy as np
 from scipy.linalg import LinAlgError
 from scipy.optimize import minimize_scalar
 
-from identify.blocks import Play
 from identify.chain import Chain
 from identify.colour import Colour
 from identify.effects.inside_play import gap_v
 from identify.explain.bench import Bench
-from identify.explain.carried import SIZES, WORTH, Repeats, begun_at, cost_of, differ, likeliest, repeats_of
+from identify.explain.carried import SIZES, WORTH, Repeats, begun_at, cost_of, in_question, likeliest, repeats_of
 from identify.explain.hypothesis import Hypothesis
 from identify.wandering import scattered_of
 
@@ -30,14 +29,10 @@ def scattered(bench: Bench, plain: Hypothesis) -> bool:
 
     False where repeats differ by no more than chance lets them, or where readings are weighed beside something else.
     """
-    chain, seen = plain.fit.chain, bench.observations
-    laws = [law for kind in bench.kinds if kind.by_chance for law in kind.variants() if law.applicable(chain)]
-    if not laws or chain.stage_of(Play) is None or not gap_v(chain) or not all(o.colour.white for o in seen):
+    laws, chain = in_question(bench, plain), plain.fit.chain
+    if not laws:
         return False
-    before, chance = differ(chain, seen)
-    if not np.any(before > chance):
-        return False
-    repeats = repeats_of(chain, seen)
+    repeats = repeats_of(chain, bench.observations)
     least = min(_least(_cost(chain, repeats, at_turns), gap_v(chain)) for at_turns in (False, True))
     without = sum(r.cost(Colour()) for r in repeats)
     count = sum(int(np.count_nonzero(both)) for r in repeats for *_, both in r.pairs)
