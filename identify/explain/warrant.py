@@ -118,7 +118,7 @@ def _needless(beyond: Located, under: Located, place: Place) -> bool:
     """
     law, told = beyond.base, under.base.chi2 - beyond.base.chi2
     both = min((fitted for _, fitted in beyond.fitted), key=lambda h: h.chi2)
-    alone = [fitted for correction, fitted in under.fitted if place not in correction.like_at]
+    alone = [h for c, h in under.fitted if place not in ((c.place,) if c.dynamics else c.like_at)]
     better = [fitted for fitted in alone if fitted.advantage(law, told) > STRONG]
     return any(both.advantage(fitted, told) < STRONG for fitted in better)
 

@@ -28,6 +28,7 @@ class Filter(Correction):
     knot_unit = "s"
     weights: ClassVar[tuple[tuple[str, str], ...]] = (("real", "V/V"), ("pair", "V/V"))
     places: ClassVar[tuple[Place, ...]] = (Place.G1, Place.G2)
+    dynamics = True
     curved = False
     least = 1
 
@@ -79,6 +80,7 @@ class SlowFilter(Filter):
     equation = "s' = s + sum of a_k s tau_k / (1 + s tau_k)"
     weights = (("real", "V/V"),)
     quick = False
+    dynamics = False
     places = (Place.SENSE, Place.F, Place.SOURCE)
 
     @property
@@ -103,6 +105,7 @@ class OneWay(Correction):
     knot_unit = "s"
     weights = (("rise", "V/V"), ("fall", "V/V"))
     places = (Place.SOURCE, Place.G1, Place.F, Place.G2)
+    dynamics = True
     plainly = Filter.form
     curved = False
     least = 1

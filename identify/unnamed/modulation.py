@@ -217,6 +217,7 @@ class Swiftness(OverLevel):
     knot_unit = "V"
     weights = (("lead", "s"),)
     places = (Place.G1, Place.G2)
+    dynamics = True
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return what the signal was or, going on straight, will be."""

@@ -215,6 +215,7 @@ class Ageing(Correction):
     knot_unit = "s"
     weights = (("drift", "V/V"),)
     places = (Place.G1, Place.G2)
+    dynamics = True
     curved = False
 
     @property

@@ -13,6 +13,7 @@ from identify.explain.suspect import Suspect
 from identify.explain.warrant import misplaced, warranted
 from identify.stage import Place
 from identify.unnamed.correction import Correction
+from identify.unnamed.linear import Filter
 from identify.unnamed.maps import LevelMap
 from identify.unnamed.timed import ClockMap
 from tests.proof.cases import Concealed
@@ -76,24 +77,30 @@ def test_what_a_name_leaves_is_what_corrections_find_of_it(
     assert (told.hypothesis.effects == (effect,)) is earned
 
 
+def _map_at(place: Place) -> LevelMap:
+    """Return a map of the level at a place."""
+    return LevelMap(place, (-5.0, 0.0, 5.0), "map")
+
+
 @pytest.mark.parametrize(
-    ("place", "alone", "both", "earned"),
+    ("free", "alone", "both", "earned"),
     [
-        (Place.G2, -2000.0, -2000.0, False),  # elsewhere it does better alone, and the law adds nothing
-        (Place.G2, -2000.0, -2500.0, True),  # both are needed: two things differ
-        (Place.G2, 20.0, -2000.0, True),  # alone it does no better than the law
-        (Place.SENSE, -2000.0, -2000.0, True),  # at the place of the law it is that law, drawn more freely
+        (_map_at(Place.F), -2000.0, -2000.0, False),  # elsewhere it does better alone, and the law adds nothing
+        (_map_at(Place.F), -2000.0, -2500.0, True),  # both are needed: two things differ
+        (_map_at(Place.F), 20.0, -2000.0, True),  # alone it does no better than the law
+        (_map_at(Place.SENSE), -2000.0, -2000.0, True),  # at the place of the law it is that law, drawn more freely
+        (_map_at(Place.G2), -2000.0, -2000.0, True),  # what G2 puts out is what is read
+        (Filter(Place.G2, (1e-3,), "filter"), -2000.0, -2000.0, False),  # but dynamics are those of G2 first
     ],
 )
 def test_no_name_is_earned_where_a_correction_elsewhere_does_better_without_it(
-    place: Place, alone: float, both: float, earned: bool, monkeypatch: pytest.MonkeyPatch
+    free: Correction, alone: float, both: float, earned: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     walk = observed(recorded(OP_AMP, staircase("walk", FIG13_LEVELS_V, 0.02), (), NOISE_V, seed=7), NOISE_V)
     bench = Bench(chain_of(model_of(OP_AMP)), (walk,), (), tuple(catalogue().values()))
     effect = catalogue()["feedthrough"](Place.SENSE)
     law = replace(bench.fitted(bench.with_effects([effect], {}), [effect]), chi2=1e5, count=96_000)
     base = replace(bench.fitted(bench.plain, ()), chi2=3e5, count=96_000)
-    free = LevelMap(place, (-5.0, 0.0, 5.0), "map")
 
     def left(_: Bench, hypothesis: object) -> Located:
         of_law = hypothesis is law
