@@ -247,9 +247,14 @@ def begun_at(law: Effect, chain: Chain, repeats: Sequence[Repeats]) -> Array | N
     cost = cost_of(law, law.put_in(chain, {}), repeats)
     found = [(cost(at), at) for at in np.log([(size * gap_v(chain), band) for size in SIZES for band in bands])]
     least, at = min(found, key=lambda each: each[0])
+    return at if tells_much(repeats, least) else None
+
+
+def tells_much(repeats: Sequence[Repeats], cost: float) -> bool:
+    """Return whether what has such a cost makes much of what repeats differ by likelier."""
     without = sum(r.cost(Colour()) for r in repeats)
     count = sum(int(np.count_nonzero(both)) for r in repeats for *_, both in r.pairs)
-    return at if without - least > WORTH * (without - count) else None
+    return without - cost > WORTH * (without - count)
 
 
 def likeliest(law: Effect, chain: Chain, repeats: Sequence[Repeats], begun: Array) -> tuple[Array, float]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from identify.blocks import Play
 from identify.chain import Chain, signals
-from identify.explain.contact import age, forgetting, still
+from identify.explain.contact import age, still
 from identify.explain.wander import DRIFT_S, MOSTLY, compared, unrepeated
 from identify.observe import Observation
 from identify.stage import Place
@@ -62,9 +62,8 @@ def _windows(chain: Chain, observation: Observation) -> tuple[Array, Array]:
 def _pushed_and_held(chain: Chain, observation: Observation) -> tuple[Mask, Mask]:
     """Return where a border has pushed w for long enough, and where w has been held in the gap for as long."""
     trace = observation.trace
-    settled = round(SETTLED_S * trace.rate_hz)
-    held = age(still(chain, signals(chain, trace), trace)) >= settled
-    return forgetting(chain, observation, settled), np.asarray(held)
+    held, settled = still(chain, signals(chain, trace), trace), round(SETTLED_S * trace.rate_hz)
+    return np.asarray(age(~held) >= settled), np.asarray(age(held) >= settled)
 
 
 def _powers(values: Array, where: Mask, size: int) -> Array:

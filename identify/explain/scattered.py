@@ -16,7 +16,7 @@ from identify.chain import Chain
 from identify.colour import Colour
 from identify.effects.inside_play import gap_v
 from identify.explain.bench import Bench
-from identify.explain.carried import SIZES, WORTH, Repeats, begun_at, cost_of, in_question, likeliest, repeats_of
+from identify.explain.carried import SIZES, Repeats, begun_at, cost_of, in_question, likeliest, repeats_of, tells_much
 from identify.explain.hypothesis import Hypothesis
 from identify.wandering import scattered_of
 
@@ -34,9 +34,7 @@ def scattered(bench: Bench, plain: Hypothesis) -> bool:
         return False
     repeats = repeats_of(chain, bench.observations)
     least = min(_least(_cost(chain, repeats, at_turns), gap_v(chain)) for at_turns in (False, True))
-    without = sum(r.cost(Colour()) for r in repeats)
-    count = sum(int(np.count_nonzero(both)) for r in repeats for *_, both in r.pairs)
-    if without - least < WORTH * (without - count):
+    if not tells_much(repeats, least):
         return False
     begun = begun_at(laws[0], chain, repeats)
     if begun is None:
