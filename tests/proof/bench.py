@@ -7,6 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from tests.proof.cases import Concealed
+from tests.proof.composed import COMPOSED
 from tests.proof.integrator import Array, Grid, between, held, linear_block, read_at, read_when
 from tests.proof.outside import OUTSIDE
 from tests.proof.physics import WHERE, Place, Scene, ideal_play
@@ -14,7 +15,7 @@ from tests.proof.rigs import Rig
 from tests.proof.stimuli import Segment, Stimulus
 
 SUBSTEPS = 32  # of a sample; tests/unit/proof/test_accuracy.py measures what is left of the error
-LAWS = {**WHERE, **OUTSIDE}
+LAWS = {**WHERE, **OUTSIDE, **COMPOSED}
 SPARE = 64  # samples simulated beyond the end: a clock may run fast, a reading may be lost
 
 

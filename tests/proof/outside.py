@@ -326,11 +326,11 @@ def shared_supply(y: Array, scene: Scene) -> Array:
 def wandering_hold(v: Array, scene: Scene) -> Array:
     """Let w walk at random inside the gap, ``sd`` [V] in a second: what holds it there gathers noise."""
     step_v = scene.values["sd"] * np.sqrt(scene.grid.step_s) * scene.rng_of_run.normal(size=v.size)
-    return _pushed_about(*borders(v, scene.rig), step_v)
+    return pushed_about(*borders(v, scene.rig), step_v)
 
 
 @njit(cache=True)
-def _pushed_about(lower, upper, step):  # type: ignore[no-untyped-def]  # compiled
+def pushed_about(lower, upper, step):  # type: ignore[no-untyped-def]  # compiled
     """Return what moves by a step of its own between two borders, which keep it in."""
     out = np.empty(lower.size)
     w = 0.0

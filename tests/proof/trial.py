@@ -1,7 +1,8 @@
 """Which trial has a number? Rig, what is played, what is concealed and how clearly it shows come from the number alone.
 
 Strata: ``null`` conceals nothing; ``single`` one physics of the catalogue; ``pair`` two of different stages;
-``outside`` one that no catalogue has; ``below`` one of the catalogue that the noise hides.
+``outside`` one that no catalogue has; ``composed`` one that chance put together; ``below`` one of the catalogue that
+the noise hides.
 """
 
 from collections.abc import Collection, Iterator
@@ -15,22 +16,27 @@ import numpy as np
 
 from tests.proof.bench import SUBSTEPS
 from tests.proof.cases import Concealed, Finding
+from tests.proof.composing import STAGES, composed
 from tests.proof.detect import Sensed, strength
 from tests.proof.kinds import LIBRARY, UNHEARD, Kind
 from tests.proof.rigs import Rig, Rng, between, drawn_rig, toleranced
 from tests.proof.standard import protocol
 from tests.proof.stimuli import Stimulus
 
-Stratum = Literal["null", "single", "pair", "outside", "below"]
+Stratum = Literal["null", "single", "pair", "outside", "composed", "below"]
 SINCE = {"diode_contact": 103}  # the first seed of whose pairs it may be: pairs of seeds before are what they were
-STRATA: tuple[Stratum, ...] = ("null", "single", "pair", "outside", "below")
-ROUND = {"null": 15, "pair": 6, "outside": 5, "below": 5}  # trials of a round, beside one of every effect
-Z = {"single": (10.0, 3000.0), "pair": (30.0, 1500.0), "outside": (30.0, 3000.0), "below": (0.3, 3.0)}
+STRATA: tuple[Stratum, ...] = ("null", "single", "pair", "outside", "composed", "below")
+ROUND = {"null": 15, "pair": 6, "outside": 5, "composed": 5, "below": 5}  # trials, beside one of every effect
+UNNAMED_Z = (30.0, 3000.0)
+Z = {
+    "single": (10.0, 3000.0), "pair": (30.0, 1500.0), "outside": UNNAMED_Z, "composed": UNNAMED_Z, "below": (0.3, 3.0),
+}  # fmt: skip
 OFF = 0.05  # of every value of the rig file
 ALIKE = ({"source_pole", "extra_pole"},)  # the same data, wherever the other is
 SEEN = {"spikes", "missing_samples"}  # one of them is already more than noise hides
 MISTAKEN = 0.3  # of a z, on a log scale, that it is looked for again on the grid of the recordings
 HIDES = 0.5  # of the least z that is asked for, that a piece must show beside the others
+UNKNOWN = {"outside", "composed"}
 LOTS = 50  # draws of what has no size, of which one must show
 ALONE = {"backlash", "unequal_slopes"}  # they change what the plain model is
 
@@ -94,8 +100,15 @@ def _key(seed: int, stratum: Stratum, number: int, effects: Collection[str]) -> 
     """Return a trial of another stratum: nulls and pairs are counted through, the rest takes its kinds in turn."""
     if stratum in ("null", "pair"):
         return Key(seed, stratum, stratum, number)
-    ids = list(dict.fromkeys(k.id for k in UNHEARD)) if stratum == "outside" else sorted(set(effects) - SEEN)
+    ids = _ids(stratum, effects)
     return Key(seed, stratum, ids[number % len(ids)], number // len(ids))
+
+
+def _ids(stratum: Stratum, effects: Collection[str]) -> list[str]:
+    """Return what the trials of a stratum are about, in turn."""
+    if stratum == "composed":
+        return list(STAGES)
+    return list(dict.fromkeys(k.id for k in UNHEARD)) if stratum == "outside" else sorted(set(effects) - SEEN)
 
 
 def drawn(key: Key, effects: Collection[str] = frozenset(kind.id for kind in LIBRARY)) -> Trial:
@@ -107,9 +120,9 @@ def drawn(key: Key, effects: Collection[str] = frozenset(kind.id for kind in LIB
     for kind in kinds:
         rig = kind.prepared(rig)
     trial = Trial(key, rig, int(rng.integers(2**31)), training, held_out)
-    pieces = _pieces(trial, kinds, rng)
+    kinds, pieces = _composed(trial, rng) if key.stratum == "composed" else (kinds, _pieces(trial, kinds, rng))
     told = tuple(Finding(k.id, k.stage, k.told(c.values)) for k, (c, _) in zip(kinds, pieces, strict=True))
-    known = key.stratum != "outside"
+    known = key.stratum not in UNKNOWN
     return replace(
         trial, physics=tuple(c for c, _ in pieces), z=tuple(z for _, z in pieces), expected=told if known else (),
         unheard=() if known else told,
@@ -118,12 +131,22 @@ def drawn(key: Key, effects: Collection[str] = frozenset(kind.id for kind in LIB
 
 def _kinds(key: Key, rng: Rng, effects: Collection[str]) -> tuple[Kind, ...]:
     """Return what is concealed: places and forms of an effect take turns, those of a pair are drawn."""
-    if key.stratum == "null":
+    if key.stratum in ("null", "composed"):
         return ()
     if key.stratum == "pair":
         return _pair(rng, [effect for effect in effects if SINCE.get(effect, 0) <= key.seed])
     variants = [kind for kind in (*LIBRARY, *UNHEARD) if kind.id == key.about]
     return (variants[key.number % len(variants)],)
+
+
+def _composed(trial: Trial, rng: Rng) -> tuple[tuple[Kind, ...], list[tuple[Concealed, float]]]:
+    """Return a law put together for the stage of a trial that shows there as clearly as it must, and its piece."""
+    for _ in range(LOTS):
+        kind = composed(rng, trial.key.about)
+        ((concealed, z),) = pieces = _pieces(trial, (kind,), rng)
+        if z > (trial.key.z or Z["composed"])[0] and concealed.values["k"]:
+            return (kind,), pieces
+    raise ValueError(f"none of {LOTS} laws put together for {trial.key.about} shows as clearly as is asked")
 
 
 def _pair(rng: Rng, effects: Collection[str]) -> tuple[Kind, Kind]:
@@ -177,7 +200,7 @@ def _piece(sensed: Sensed, kind: Kind, rng: Rng, bounds: tuple[float, float]) ->
     z = sensed.z_of_mean if kind.chance else sensed.z_of_spectrum if kind.spectral else sensed.z
     wanted = between(rng, *bounds)
     found, reached = strength(lambda s: z(Concealed(kind.law, values(s))), wanted)
-    if not kind.noisy:
+    if reached and not kind.noisy:
         finely = replace(sensed, steps=SUBSTEPS)
         seen = finely.z(Concealed(kind.law, values(found)))
         if abs(np.log(seen / reached)) > MISTAKEN:  # the coarse grid does not see how fast the law is
