@@ -22,23 +22,27 @@ from identify.unnamed.correction import UNNAMED, Correction
 from identify.unnamed.hysteresis import Hysteresis, Relays
 from identify.unnamed.linear import Bypass, Filter, OneWay, SlowFilter
 from identify.unnamed.lines import Flutter, GapRipple, Line, Ripple
-from identify.unnamed.maps import LevelMap, LevelTable, RateGain, RateMap, SourceGain, SourceMap, Trailing
-from identify.unnamed.memory import BorderMap, BorderOverRate, GapAfterPeak, GapAfterTurn, GapOverRate, Leak, Plateau
-from identify.unnamed.modulation import AFTER, Swiftness
+from identify.unnamed.maps import LevelMap, LevelTable, SourceGain, SourceMap
+from identify.unnamed.memory import BorderMap, Leak, Plateau
+from identify.unnamed.past import AFTER, Swiftness
+from identify.unnamed.rates import BorderOverRate, GainOverRate, GapOverRate, RateMap, Trailing
 from identify.unnamed.timed import (
     Ageing,
-    ClockMap,
     GainInRun,
-    GainMap,
+    GainOverClock,
     GainSteps,
     GapInRun,
     GapOverClock,
     GapSteps,
+    LeadInRun,
     LeadSteps,
     OffsetInRun,
+    OffsetOverClock,
     OffsetSteps,
     Timed,
 )
+from identify.unnamed.turned import FARTHEST, SINCE
+from identify.unnamed.what import Gap
 
 FINE = 24  # of a map of the level that turns more often
 KNOTS = 10  # of a map of the level where it is one of many: with more, each run has levels of its own
@@ -86,8 +90,8 @@ def _laws(evidence: Evidence, name: str) -> Iterator[Correction]:
     if LevelTable.least <= len(levels) <= DWELT:
         yield LevelTable(Place.SOURCE, levels, name)
     yield from (RateMap(place, evidence.rates(place), name) for place in (Place.G1, Place.F, Place.G2))
-    for place in RateGain.places:
-        yield RateGain(place, speeds(evidence, place), name)
+    for place in GainOverRate.places:
+        yield GainOverRate(place, speeds(evidence, place), name)
     for place in Trailing.places:
         top = max(evidence.rates(place))
         yield Trailing(place, tuple(share * top for share in (*(-q for q in RATES[::-1]), *RATES)), name)
@@ -112,8 +116,10 @@ def _memories(evidence: Evidence, name: str) -> Iterator[Correction]:
     """Yield what changes the hysteresis."""
     yield BorderMap(Place.F, level_knots(evidence, Place.G1, KNOTS), name)
     yield BorderOverRate(Place.F, speeds(evidence, Place.G1), name)
-    far = tuple(np.linspace(0.0, max(map(abs, evidence.range(Place.G1))), TURNS).tolist())
-    yield from (kind(Place.F, far, name) for kind in (GapAfterTurn, GapAfterPeak))
+    for law in FARTHEST:
+        yield from (law(place, distances(evidence, law.followed(place)), name) for place in law.places)
+    since = (0.0, *np.geomspace(0.5 * slowest_s(evidence), max(0.5 * evidence.longest_s, slowest_s(evidence)), TURNS))
+    yield from (law(place, since, name) for law in SINCE for place in law.places)
     width = max(map(abs, evidence.range(Place.F)))
     yield Sticking(Place.F, tuple(share * max(width, 1e-9) for share in PUSHES), name)
     yield Giving(Place.F, fast_s(evidence)[1::2], name)
@@ -132,15 +138,15 @@ def _timed(evidence: Evidence, name: str) -> Iterator[Correction]:
     """Yield what goes with time: the clock, from run to run, or within every run."""
     clock, runs = clock_knots(evidence), tuple(sorted({o.trace.start_s for o in evidence.observations}))
     within = (0.0, *np.geomspace(evidence.longest_s / 2**CLOCK, evidence.longest_s, CLOCK).tolist())
-    kinds: tuple[tuple[type[Timed], ...], ...] = (
-        (ClockMap, GainMap, GapOverClock), (OffsetSteps, GainSteps, GapSteps), (OffsetInRun, GainInRun, GapInRun)
-    )  # fmt: skip
-    for knots, (offset, gain, gap) in zip((clock, runs, within), kinds, strict=True):
-        if Timed.least <= len(knots) <= RUNS:
-            yield from (kind(place, knots, name) for kind in (offset, gain) for place in (Place.G1, Place.SENSE))
-            yield gap(Place.F, knots, name)
-    if LeadSteps.least <= len(runs) <= RUNS:
-        yield from (LeadSteps(place, runs, name) for place in LeadSteps.places)
+    kinds: tuple[tuple[tuple[float, ...], tuple[type[Timed], ...]], ...] = (
+        (clock, (OffsetOverClock, GainOverClock, GapOverClock)),
+        (runs, (OffsetSteps, GainSteps, GapSteps, LeadSteps)),
+        (within, (OffsetInRun, GainInRun, GapInRun, LeadInRun)),
+    )
+    for knots, laws in kinds:
+        if Timed.least <= len(knots) <= RUNS:  # of F, what changes the gap: all else is as well at the reading
+            pairs = ((law, place) for law in laws for place in law.places)
+            yield from (law(p, knots, name) for law, p in pairs if p is not Place.F or issubclass(law, Gap))
     fast = tuple(np.geomspace(evidence.sample_s, max(slowest_s(evidence), 2.0 * evidence.sample_s), AGEING).tolist())
     yield from (Ageing(place, (*fast, clock[-1]), name) for place in Ageing.places)
 
@@ -151,7 +157,7 @@ def sharpened(evidence: Evidence, correction: Correction) -> list[Correction]:
 
     More knots of an offset, or of a gain in front of F, would follow whatever wanders or changes.
     """
-    if isinstance(correction, GainMap) and correction.counted == "drifts" and correction.place is Place.SENSE:
+    if isinstance(correction, GainOverClock) and correction.counted == "drifts" and correction.place is Place.SENSE:
         more = [count for count in OFTENER if count > len(correction.knots)]
         return [replace(correction, knots=recorded_knots(evidence, count)) for count in more]
     if correction.form in (AfterContact.form, AfterImpact.form):
@@ -185,6 +191,11 @@ def _mixed(evidence: Evidence, name: str) -> Iterator[Correction]:
 def speeds(evidence: Evidence, place: Place) -> tuple[float, ...]:
     """Return the rates of change of the signal behind a place without their sign, V/s, zero first."""
     return tuple(rate for rate in evidence.rates(place) if rate >= 0.0)
+
+
+def distances(evidence: Evidence, place: Place) -> tuple[float, ...]:
+    """Return distances from zero of the signal behind a place, V, up to the farthest."""
+    return tuple(np.linspace(0.0, max(*map(abs, evidence.range(place)), 1e-9), TURNS).tolist())
 
 
 def level_knots(evidence: Evidence, place: Place, count: int) -> tuple[float, ...]:

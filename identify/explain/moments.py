@@ -21,7 +21,7 @@ from identify.observe import Observation
 from identify.stage import Place
 from identify.trace import Array, Mask
 from identify.unnamed.correction import Correction
-from identify.unnamed.timed import ClockMap, GainMap, LeadDrift, Moments
+from identify.unnamed.timed import GainOverClock, LeadOverClock, Moments, OffsetOverClock
 
 WINDOWS_S = (0.004, 0.02, 0.1, 0.5)
 FAINT = 0.01  # of what windows tell on average, below which one tells nothing
@@ -36,7 +36,7 @@ SURE = 6.0  # standard deviations of noise, from which it changes
 STEPS, MOVES = 20, 5  # from window to window, at rest and with a move between them, that tell so
 LAGS = 5.0  # times the slowest lag, after which what F remembered has passed
 
-Table = ClockMap | GainMap | LeadDrift
+Table = OffsetOverClock | GainOverClock | LeadOverClock
 
 
 def wandering(evidence: Evidence) -> Iterator[tuple[Correction, Array, dict[str, float], float]]:
@@ -49,8 +49,8 @@ def wandering(evidence: Evidence) -> Iterator[tuple[Correction, Array, dict[str,
     if unrepeated(evidence.chain, evidence.observations) < MOSTLY:
         return
     place, name = where(evidence), free_name(evidence.chain)
-    tables: list[tuple[type[Table], Place, float]] = [(ClockMap, place, each) for each in (*WINDOWS_S, BURST_S)]
-    tables += [(kind, Place.SENSE, each) for kind in (GainMap, LeadDrift) for each in WINDOWS_S[1:]]
+    tables: list[tuple[type[Table], Place, float]] = [(OffsetOverClock, place, each) for each in (*WINDOWS_S, BURST_S)]
+    tables += [(kind, Place.SENSE, each) for kind in (GainOverClock, LeadOverClock) for each in WINDOWS_S[1:]]
     left = [_Left(o, o.residual(evidence.chain), evidence.sample_s) for o in evidence.observations]
     for kind, there, window_s in tables:
         parts = [_windows(each, window_s, kind) for each in left]
@@ -131,9 +131,9 @@ class _Left:
 
     def shape(self, kind: type[Table]) -> Array:
         """Return what a weight of a table adds to the answer."""
-        if kind is LeadDrift:
+        if kind is LeadOverClock:
             return np.gradient(self.answer) / self.sample_s
-        return self.answer if kind is GainMap else np.ones(self.residual.size)
+        return self.answer if kind is GainOverClock else np.ones(self.residual.size)
 
 
 def _windows(left: _Left, window_s: float, kind: type[Table]) -> tuple[Array, Array, Array]:

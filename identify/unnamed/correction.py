@@ -111,7 +111,7 @@ class Correction(Stage):
 class PlayCorrection(Correction):
     """A correction of how the play operator itself works: it takes the operator's place."""
 
-    places = (Place.F,)
+    places: ClassVar[tuple[Place, ...]] = (Place.F,)
 
     @property
     def axis(self) -> str:

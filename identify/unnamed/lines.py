@@ -8,8 +8,8 @@ import numpy as np
 from identify.stage import Block, Grid, Place, Run, Values
 from identify.trace import Array
 from identify.unnamed.correction import Correction, PlayCorrection
-from identify.unnamed.maps import rate_of
-from identify.unnamed.memory import widened_play
+from identify.unnamed.rates import rate_of
+from identify.unnamed.what import widened_play
 
 PARTS = ("sine", "cosine")
 

@@ -1,7 +1,8 @@
-"""Which free-form laws act on a level, a rate or the clock?"""
+"""Which free-form laws act on a level: the signal's own, or that of the source?"""
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from identify import kernels
 from identify.stage import Block, Grid, Place, Run, Values
 from identify.trace import Array
 from identify.unnamed.correction import Correction
+from identify.unnamed.what import Gain, Going, Offset
 
 LEVELS = {
     Place.SOURCE: "level of u", Place.G1: "level of v", Place.F: "level of w", Place.G2: "level of x",
@@ -142,71 +144,11 @@ class LevelTable(OverLevel):
 
 
 @dataclass(frozen=True)
-class OverRate(Correction):
-    """A law that goes with how fast the signal moves."""
+class OverSource(Going):
+    """What goes with what the generator puts out, past the circuit: a natural cubic spline over u."""
 
-    quick = True
-    knot_unit = "V/s"
-
-    @property
-    def axis(self) -> str:
-        """Return the rate of the signal at the place."""
-        return RATES[self.place]
-
-
-def rate_of(grid: Grid) -> Run:
-    """Return how fast a signal moves, V/s."""
-    last: float | None = None
-
-    def run(block: Block) -> Array:
-        nonlocal last
-        rate = np.diff(block.signal, prepend=block.signal[0] if last is None else last) / grid.step_s
-        last = float(block.signal[-1])
-        return rate
-
-    return run
-
-
-@dataclass(frozen=True)
-class RateMap(OverRate):
-    """A law of how fast the signal moves, straight between knots."""
-
-    form = "map of the rate"
-    kind = "a law of the rate of change"
-    equation = "s' = s + c(ds/dt), c straight between the knots"
-    places = (Place.G1, Place.F, Place.G2, Place.SENSE)
-
-    def summed(self, values: Values, grid: Grid) -> Run:
-        """Return the signal plus the correction at its rate of change."""
-        rate = rate_of(grid)
-        return lambda block: np.asarray(block.signal + np.interp(rate(block), self.knots, values))
-
-
-@dataclass(frozen=True)
-class RateGain(OverRate):
-    """A gain that goes with how fast the signal moves, straight between knots: an amplifier near its limits, say."""
-
-    form = "gain over the rate"
-    kind = "a gain that goes with the rate of change"
-    equation = "s' = s (1 + c(abs(ds/dt))), c straight between the knots"
-    weights = (("grow", "V/V"),)
-    places = (Place.F, Place.SENSE)
-
-    def summed(self, values: Values, grid: Grid) -> Run:
-        """Return the signal times one plus the correction at its rate of change."""
-        rate = rate_of(grid)
-        return lambda block: np.asarray(block.signal * (1.0 + np.interp(np.abs(rate(block)), self.knots, values)))
-
-
-@dataclass(frozen=True)
-class SourceMap(Correction):
-    """A memoryless law of what the generator puts out, past the circuit: a natural cubic spline over u."""
-
-    form = "map of the source"
-    kind = "a law of the source voltage, past the circuit"
-    equation = "s' = s + c(u), c a cubic spline through the knots"
     knot_unit = "V"
-    places = (Place.SENSE,)
+    places: ClassVar[tuple[Place, ...]] = (Place.SENSE,)
     least = 4
     even = True
 
@@ -215,14 +157,9 @@ class SourceMap(Correction):
         """Return the coordinate."""
         return LEVELS[Place.SOURCE]
 
-    def summed(self, values: Values, grid: Grid) -> Run:
-        """Return the signal plus the spline of the source voltage."""
-        law = self.of_source(values)
-        return lambda block: np.asarray(block.signal + law(block))
-
-    def of_source(self, values: Values) -> Run:
+    def course(self, weights: Values | Array, grid: Grid) -> Run:
         """Return the spline of the source voltage."""
-        rows, first, step = spline(self.knots, self.split(values)[0]), self.knots[0], self.knots[1] - self.knots[0]
+        rows, first, step = spline(self.knots, np.array(weights)), self.knots[0], self.knots[1] - self.knots[0]
 
         def run(block: Block) -> Array:
             out = np.empty_like(block.source)
@@ -233,46 +170,19 @@ class SourceMap(Correction):
 
 
 @dataclass(frozen=True)
-class SourceGain(SourceMap):
+class SourceMap(OverSource, Offset):
+    """A memoryless law of what the generator puts out, past the circuit."""
+
+    form = "map of the source"
+    kind = "a law of the source voltage, past the circuit"
+    equation = "s' = s + c(u), c a cubic spline through the knots"
+
+
+@dataclass(frozen=True)
+class SourceGain(OverSource, Gain):
     """A gain that goes with what the generator puts out: a supply that both share, say."""
 
     form = "gain over the source"
     kind = "a gain that goes with the source voltage"
     equation = "s' = s (1 + c(u)), c a cubic spline through the knots"
     weights = (("grow", "V/V"),)
-
-    def summed(self, values: Values, grid: Grid) -> Run:
-        """Return the signal times one plus the spline of the source voltage."""
-        law = self.of_source(values)
-        return lambda block: np.asarray(block.signal * (1.0 + law(block)))
-
-
-@dataclass(frozen=True)
-class Trailing(OverRate):
-    """What stays behind a largest rate and catches up afterwards, for every knot: above zero rising, below falling."""
-
-    form = "lag behind a rate"
-    kind = "something that cannot follow fast enough"
-    equation = "s' = s - sum of a_k e_k, de_k/dt = ds/dt - q_k as long as e_k has the sign of q_k, else 0"
-    weights = (("behind", "V/V"),)
-    places = (Place.G1, Place.F, Place.G2)
-    curved = False
-    single = True
-    least = 1
-
-    def summed(self, values: Values, grid: Grid) -> Run:
-        """Return the signal less what is behind."""
-        last: float | None = None
-        used = np.flatnonzero(values)
-        weights, rates = np.array(values)[used], np.array(self.knots)[used]
-        behind = np.zeros(used.size)
-
-        def run(block: Block) -> Array:
-            nonlocal last
-            out = block.signal.copy()
-            before = float(block.signal[0]) if last is None else last
-            kernels.less_behind(weights, rates, grid.step_s, behind, before, block.signal, out)
-            last = float(block.signal[-1])
-            return out
-
-        return run

@@ -1,7 +1,6 @@
 """Which free-form laws change the gap: bent borders, a gap that is not constant, a way past it, plateaus that creep?"""
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -11,9 +10,8 @@ from identify.chain import Chain
 from identify.stage import Block, Grid, Place, Run, Values
 from identify.trace import Array
 from identify.unnamed.correction import Correction, PlayCorrection
-from identify.unnamed.maps import rate_of, spline
-
-REST_V = 1e-9  # a level that moves less than this between two instants rests
+from identify.unnamed.maps import spline
+from identify.unnamed.turned import REST_V
 
 
 @dataclass(frozen=True)
@@ -48,107 +46,6 @@ class BorderMap(PlayCorrection):
 
 
 @dataclass(frozen=True)
-class GapOverRate(PlayCorrection):
-    """Contact later or sooner on both sides by a law of how fast v moves."""
-
-    form = "gap over the rate"
-    kind = "a gap that depends on the speed"
-    equation = "D_L + c(abs(dv/dt)), D_U - c(abs(dv/dt)), c straight between the knots"
-    quick = True
-    knot_unit = "V/s"
-    weights: ClassVar[tuple[tuple[str, str], ...]] = (("widen", "V"),)
-
-    @property
-    def axis(self) -> str:
-        """Return the coordinate."""
-        return "rate of v"
-
-    def played(self, borders: Values, values: Values, grid: Grid) -> Run:
-        """Return the operator whose gap follows the speed."""
-        return widened_play(borders, *(self._widened(part, grid) for part in self.split(values)))
-
-    def _widened(self, values: Array, grid: Grid) -> Run:
-        """Return by how much a border is farther out, V."""
-        rate = rate_of(grid)
-        return lambda block: np.interp(np.abs(rate(block)), self.knots, values)
-
-
-@dataclass(frozen=True)
-class BorderOverRate(GapOverRate):
-    """Contact later or sooner by how fast v moves, on either side by a law of its own: one diode of two, say."""
-
-    form = "either border over the rate"
-    kind = "a border that depends on the speed"
-    equation = "D_L + c_L(abs(dv/dt)), D_U - c_U(abs(dv/dt)), both straight between the knots"
-    weights = (("L", "V"), ("U", "V"))
-
-
-@dataclass(frozen=True)
-class GapAfterTurn(PlayCorrection):
-    """A gap that remembers how far v last went before it turned."""
-
-    form = "gap after a turn"
-    kind = "a gap that depends on where the signal last turned"
-    equation = "D_L + c_L(abs(v_0)), D_U - c_U(abs(v_0)), v_0 where v turned last, both straight between the knots"
-    knot_unit = "V"
-    weights = (("L", "V"), ("U", "V"))
-
-    @property
-    def axis(self) -> str:
-        """Return the coordinate."""
-        return "level of v"
-
-    def played(self, borders: Values, values: Values, grid: Grid) -> Run:
-        """Return the operator whose gap follows the last turn."""
-        lower, upper = (self._widened(part) for part in self.split(values))
-        return widened_play(borders, lower, upper)
-
-    def _widened(self, values: Array) -> Run:
-        """Return by how much a border is farther out, V."""
-        last, up, turned = 0.0, 0.0, 0.0
-
-        def widened(block: Block) -> Array:
-            nonlocal last, up, turned
-            v = np.concatenate(([last], block.signal))
-            moves = np.diff(v)
-            way = _kept(np.concatenate(([up], np.where(np.abs(moves) > REST_V, np.sign(moves), 0.0))))
-            turns = way[1:] * way[:-1] < 0.0
-            latest = np.maximum.accumulate(np.where(turns, np.arange(turns.size), -1))
-            at = np.where(latest >= 0, np.abs(v[latest]), turned)
-            last, up, turned = float(v[-1]), float(way[-1]), float(at[-1])
-            return np.interp(at, self.knots, values)
-
-        return widened
-
-
-@dataclass(frozen=True)
-class GapAfterPeak(GapAfterTurn):
-    """A gap that gives way for good: it remembers how far v ever went in the run."""
-
-    form = "gap after the farthest"
-    kind = "a gap that depends on how far the signal ever went"
-    equation = "D_L + c_L(p), D_U - c_U(p), p the largest abs(v) of the run so far, both straight between the knots"
-
-    def _widened(self, values: Array) -> Run:
-        """Return by how much a border is farther out, V."""
-        farthest = 0.0
-
-        def widened(block: Block) -> Array:
-            nonlocal farthest
-            ever = np.maximum.accumulate(np.concatenate(([farthest], np.abs(block.signal))))
-            farthest = float(ever[-1])
-            return np.interp(ever[1:], self.knots, values)
-
-        return widened
-
-
-def _kept(signs: Array) -> Array:
-    """Return signs with every zero as the one before it."""
-    latest = np.maximum.accumulate(np.where(signs != 0.0, np.arange(signs.size), 0))
-    return np.asarray(signs[latest])
-
-
-@dataclass(frozen=True)
 class Leak(PlayCorrection):
     """What of v comes through to w whatever the gap does: a map of v, added behind it."""
 
@@ -175,22 +72,6 @@ class Leak(PlayCorrection):
             return np.asarray(plain(block) + passed - block.signal)
 
         return run
-
-
-def widened_play(borders: Values, widened: Run, other: Run | None = None) -> Run:
-    """Return the play operator whose half gap is wider by a running signal, V; by an ``other`` one at the border U."""
-    s_l, d_l, s_u, d_u = borders
-    w = 0.0
-
-    def run(block: Block) -> Array:
-        nonlocal w
-        wider = widened(block)
-        further = wider if other is None else other(block)
-        lower, upper = s_l * (block.signal - d_l - wider), s_u * (block.signal - d_u + further)
-        w = kernels.play_between(lower, upper, w, lower)
-        return np.asarray(lower)
-
-    return run
 
 
 @dataclass(frozen=True)

@@ -17,47 +17,38 @@ from identify.unnamed.correction import UNNAMED, Correction
 from identify.unnamed.hysteresis import Hysteresis, Relays
 from identify.unnamed.linear import Bypass, Filter, OneWay, SlowFilter
 from identify.unnamed.lines import Flutter, GapRipple, Line, Ripple, Wave
-from identify.unnamed.maps import (
-    BrokenMap,
-    LevelMap,
-    LevelTable,
-    OuterMap,
-    RateGain,
-    RateMap,
-    SourceGain,
-    SourceMap,
-    Trailing,
-)
-from identify.unnamed.memory import BorderMap, BorderOverRate, GapAfterPeak, GapAfterTurn, GapOverRate, Leak, Plateau
-from identify.unnamed.modulation import AFTER, Swiftness
+from identify.unnamed.maps import BrokenMap, LevelMap, LevelTable, OuterMap, SourceGain, SourceMap
+from identify.unnamed.memory import BorderMap, Leak, Plateau
+from identify.unnamed.past import AFTER, Swiftness
+from identify.unnamed.rates import BorderOverRate, GainOverRate, GapOverRate, RateMap, Trailing
 from identify.unnamed.timed import (
     Ageing,
-    ClockMap,
     GainInRun,
-    GainMap,
+    GainOverClock,
     GainSteps,
     GapInRun,
     GapOverClock,
     GapSteps,
-    LeadDrift,
+    LeadInRun,
+    LeadOverClock,
     LeadSteps,
     Moments,
     OffsetInRun,
+    OffsetOverClock,
     OffsetSteps,
 )
+from identify.unnamed.turned import FARTHEST, SINCE
 
 AT = "at"
 UNEVEN = 1e-6  # share by which evenly spaced knots may differ, for rounding
-KINDS: dict[str, type[Correction]] = {
-    kind.form: kind
-    for kind in (
-        LevelMap, BrokenMap, OuterMap, BorderMap, SourceMap, SourceGain, Leak, RateMap, RateGain, Trailing, Filter,
-        SlowFilter, OneWay, Bypass, Hysteresis, Relays, Sticking, Giving, Plateau, GapOverRate, GapAfterTurn, ClockMap,
-        OffsetSteps, OffsetInRun, Moments, GainMap, GainSteps, GainInRun, GapOverClock, GapSteps, GapInRun, Ageing,
-        Line, Ripple, GapRipple, *AFTER, Swiftness, LevelTable, LeadSteps, LeadDrift, BorderOverRate, Kicking,
-        AfterContact, AfterEither, AfterImpact, Flutter, Wave, GapAfterPeak,
-    )
-}  # fmt: skip
+EVERY: tuple[type[Correction], ...] = (
+    LevelMap, BrokenMap, OuterMap, LevelTable, BorderMap, SourceMap, SourceGain, Leak, RateMap, GainOverRate,
+    GapOverRate, BorderOverRate, Trailing, Filter, SlowFilter, OneWay, Bypass, Hysteresis, Relays, Sticking, Giving,
+    Kicking, AfterContact, AfterEither, AfterImpact, Plateau, *FARTHEST, *SINCE, OffsetOverClock,
+    OffsetSteps, OffsetInRun, Moments, GainOverClock, GainSteps, GainInRun, GapOverClock, GapSteps, GapInRun,
+    LeadOverClock, LeadSteps, LeadInRun, Ageing, Line, Wave, Ripple, Flutter, GapRipple, *AFTER, Swiftness,
+)  # fmt: skip
+KINDS = {kind.form: kind for kind in EVERY}
 
 
 def is_unnamed(name: str) -> bool:

@@ -13,14 +13,13 @@ from identify.blocks import run_linear
 from identify.discretise import stepper
 from identify.stage import Block, Grid, Place, Run, Values
 from identify.trace import Array
-from identify.unnamed.correction import Correction, PlayCorrection
-from identify.unnamed.memory import widened_play
-from identify.unnamed.modulation import led
+from identify.unnamed.correction import Correction
+from identify.unnamed.what import Gain, Gap, Going, Lead, Offset
 
 
 @dataclass(frozen=True)
-class Timed(Correction):
-    """A table over time."""
+class Timed(Going):
+    """A course that is a table over time."""
 
     knot_unit = "s"
     counted: ClassVar[Literal["drifts", "holds", "in a run"]] = "drifts"
@@ -40,33 +39,28 @@ class Timed(Correction):
         first, last = np.maximum(np.searchsorted(self.knots, (start_s, stop_s), side="right") - 1, 0).tolist()
         return first if self.counted == "holds" and first == last else None
 
-    def table(self, values: Values | Array) -> Run:
+    def course(self, weights: Values | Array, grid: Grid) -> Run:
         """Return the running table."""
         if self.counted == "in a run":
-            return lambda block: np.interp(block.time_s() - block.grid.start_s, self.knots, values)
+            return lambda block: np.interp(block.time_s() - block.grid.start_s, self.knots, weights)
         if self.counted == "drifts":
-            return lambda block: np.interp(block.time_s(), self.knots, values)
-        at = np.array(values)
+            return lambda block: np.interp(block.time_s(), self.knots, weights)
+        at = np.array(weights)
         return lambda block: at[np.maximum(np.searchsorted(self.knots, block.time_s(), side="right") - 1, 0)]
 
 
 @dataclass(frozen=True)
-class ClockMap(Timed):
-    """A table over time, added to the signal."""
+class OffsetOverClock(Timed, Offset):
+    """A zero that drifts."""
 
     form = "drift of the offset"
     kind = "a drift of the offset"
     equation = "s' = s + c(t), c straight between the knots, t the clock"
     places = (Place.G1, Place.F, Place.SENSE)
 
-    def summed(self, values: Values, grid: Grid) -> Run:
-        """Return the signal plus the table."""
-        table = self.table(values)
-        return lambda block: np.asarray(block.signal + table(block))
-
 
 @dataclass(frozen=True)
-class Moments(ClockMap):
+class Moments(OffsetOverClock):
     """A table over clock time that is zero but at single moments."""
 
     form = "single moments"
@@ -74,7 +68,7 @@ class Moments(ClockMap):
 
 
 @dataclass(frozen=True)
-class OffsetSteps(ClockMap):
+class OffsetSteps(OffsetOverClock):
     """An offset that is another from one run to the next."""
 
     form = "offset by runs"
@@ -84,7 +78,7 @@ class OffsetSteps(ClockMap):
 
 
 @dataclass(frozen=True)
-class OffsetInRun(ClockMap):
+class OffsetInRun(OffsetOverClock):
     """An offset that goes with the time since a run began."""
 
     form = "offset within a run"
@@ -94,8 +88,8 @@ class OffsetInRun(ClockMap):
 
 
 @dataclass(frozen=True)
-class GainMap(Timed):
-    """A table over time, by which the signal grows."""
+class GainOverClock(Timed, Gain):
+    """A gain that drifts."""
 
     form = "drift of the gain"
     kind = "a drift of the gain"
@@ -103,14 +97,9 @@ class GainMap(Timed):
     weights = (("grow", "V/V"),)
     places = (Place.G1, Place.F, Place.SENSE)
 
-    def summed(self, values: Values, grid: Grid) -> Run:
-        """Return the signal times one plus the table."""
-        table = self.table(values)
-        return lambda block: np.asarray(block.signal * (1.0 + table(block)))
-
 
 @dataclass(frozen=True)
-class GainSteps(GainMap):
+class GainSteps(GainOverClock):
     """A gain that is another from one run to the next."""
 
     form = "gain by runs"
@@ -120,7 +109,7 @@ class GainSteps(GainMap):
 
 
 @dataclass(frozen=True)
-class GainInRun(GainMap):
+class GainInRun(GainOverClock):
     """A gain that goes with the time since a run began."""
 
     form = "gain within a run"
@@ -130,18 +119,13 @@ class GainInRun(GainMap):
 
 
 @dataclass(frozen=True)
-class GapOverClock(PlayCorrection, Timed):
+class GapOverClock(Timed, Gap):
     """A gap that grows or shrinks with time: wear, warmth."""
 
     form = "drift of the gap"
     kind = "a drift of the gap"
     equation = "D_L + c_L(t), D_U - c_U(t), both straight between the knots, t the clock"
     weights = (("L", "V"), ("U", "V"))
-
-    def played(self, borders: Values, values: Values, grid: Grid) -> Run:
-        """Return the operator whose borders follow the time."""
-        lower, upper = (self.table(part) for part in self.split(values))
-        return widened_play(borders, lower, upper)
 
 
 @dataclass(frozen=True)
@@ -165,13 +149,12 @@ class GapInRun(GapOverClock):
 
 
 @dataclass(frozen=True)
-class LeadDrift(Timed):
+class LeadOverClock(Timed, Lead):
     """A delay that wanders, as where the clock of the readings does."""
 
     form = "drift of the delay"
     kind = "a delay that wanders"
     equation = "s'(t) = s(t + c(t)), c straight between the knots, t the clock"
-    quick = True
     weights = (("lead", "s"),)
     places: ClassVar[tuple[Place, ...]] = (Place.SENSE,)
 
@@ -180,25 +163,31 @@ class LeadDrift(Timed):
         """Return no other place: what G2 puts out is what is read, and in front of it a delay is another."""
         return ()
 
-    def summed(self, values: Values, grid: Grid) -> Run:
-        """Return what the signal was or, going on straight, will be."""
-        return led(self.table(values), min(values), grid)
-
 
 @dataclass(frozen=True)
-class LeadSteps(LeadDrift):
+class LeadSteps(LeadOverClock):
     """Dynamics that are others from one run to the next: as far as a delay stands for them, which all lags do."""
 
     form = "delay by runs"
     kind = "dynamics that change between runs"
     equation = "s'(t) = s(t + c(t)), c held from knot to knot, t the clock"
-    counted = "holds"
+    counted: ClassVar[Literal["drifts", "holds", "in a run"]] = "holds"
     places = (Place.G1, Place.G2)
 
     @property
     def same_at(self) -> tuple[Place, ...]:
         """Return the places at which this gives the same data, its own first: linear blocks pass a delay on."""
         return (self.place, Place.SOURCE if self.place is Place.G1 else Place.SENSE)
+
+
+@dataclass(frozen=True)
+class LeadInRun(LeadSteps):
+    """Dynamics that go with the time since a run began: of a rig that warms up once it is on."""
+
+    form = "delay within a run"
+    kind = "dynamics that drift anew in every run"
+    equation = "s'(t) = s(t + c(t)), c straight between the knots, t from the start of a run"
+    counted = "in a run"
 
 
 @dataclass(frozen=True)

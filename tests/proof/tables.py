@@ -1,5 +1,6 @@
 """How is the proof told: a short table beside what was asked for, a long one for every effect, and all that failed."""
 
+import re
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
@@ -16,6 +17,7 @@ from tests.proof.tally import (
     reliability,
     share,
 )
+from tests.proof.trial import STRATA, UNKNOWN
 
 BEGIN, END = "<!-- proof: begin -->", "<!-- proof: end -->"
 FALSE_ALARM = "nothing missing: false alarms"
@@ -28,6 +30,7 @@ BOTH = "two effects: both named"
 BOTH_LISTED = "two effects: both named or listed"
 MISNAMED = "two effects: a wrong name called likelier than not"
 FOREIGN = "outside: a wrong name called likelier than not"
+COMPOSED = "laws put together by chance"
 PLACED_AS_ONE = "right stage, or one told at which it is said to give exactly the same data"
 FOREMOST = (FALSE_ALARM, RIGHT, WITHIN, WRONG, COVERED, BOTH, MISNAMED, FOREIGN)
 WEAK = 0.8
@@ -53,9 +56,7 @@ def _table(outcomes: Sequence[Outcome], rows: Rows) -> str:
 
 def _asked(outcomes: Sequence[Outcome], twins: Twins) -> Rows:
     """Return what was asked for and what was measured."""
-    null, single, pair, outside, below = (
-        [o for o in outcomes if o.stratum == s] for s in ("null", "single", "pair", "outside", "below")
-    )
+    null, single, pair, outside, composed, below = ([o for o in outcomes if o.stratum == s] for s in STRATA)
     return [
         (FALSE_ALARM, "at most 1 %", str(share(null, lambda o: o.verdict != "consistent"))),
         (RIGHT, "90 %", str(share(single, lambda o: o.first))),
@@ -77,6 +78,10 @@ def _asked(outcomes: Sequence[Outcome], twins: Twins) -> Rows:
         (PLACED_AS_ONE, "", str(share(outside, lambda o: o.placed_as_one))),
         (FOREIGN, "at most 5 %", str(share(outside, confident_and_wrong))),
         ("outside: no name at all", "", str(share(outside, lambda o: not o.names))),
+        (f"{COMPOSED}: right stage", "", str(share(composed, lambda o: o.placed))),
+        (f"{COMPOSED}: right, or told to be the same data", "", str(share(composed, lambda o: o.placed_as_one))),
+        (f"{COMPOSED}: right stage told or listed", "", str(share(composed, lambda o: o.placed_or_listed))),
+        (f"{COMPOSED}: a wrong name called likelier than not", "", str(share(composed, confident_and_wrong))),
         ("below detection (z 0.3-3): a wrong name", "", str(share(below, lambda o: bool(o.wrong)))),
     ]
 
@@ -195,6 +200,25 @@ def outside_table(outcomes: Sequence[Outcome]) -> str:
     return "\n".join([_row(head), _row(["---"] * len(head)), *map(_row, rows)])
 
 
+def composed_table(outcomes: Sequence[Outcome]) -> str:
+    """Return a row for everything that laws put together by chance change, and one for all they change it by."""
+    composed = [o for o in outcomes if o.stratum == "composed"]
+    rows = []
+    for word in range(2):
+        for told in sorted({_words(o)[word] for o in composed}):
+            mine = [o for o in composed if _words(o)[word] == told]
+            rights = (lambda o: o.placed, lambda o: o.placed_as_one, lambda o: o.placed_or_listed, confident_and_wrong)
+            rows.append((f"{'by ' * word}{told}", *(_bare(share(mine, right)) for right in rights)))
+    head = ("what, or by what", "right stage", "same data", "listed", "wrongly sure")
+    return "\n".join([_row(head), _row(["---"] * len(head)), *map(_row, rows)])
+
+
+def _words(outcome: Outcome) -> tuple[str, ...]:
+    """Return what a law put together by chance changes, by what, and how."""
+    what, by, how = re.split(" by |, ", outcome.ids[0])
+    return what, by, how
+
+
 def confusion_table(outcomes: Sequence[Outcome]) -> str:
     """Return what was named for every physics concealed alone, or for nothing: the right name first, then the rest."""
     alone = [o for o in outcomes if o.stratum in ("null", "single", "outside")]
@@ -231,7 +255,7 @@ def _good(outcome: Outcome) -> bool:
     """Return whether an outcome is all that was asked for."""
     if outcome.stratum == "null":
         return outcome.verdict == "consistent"
-    if outcome.stratum == "outside":
+    if outcome.stratum in UNKNOWN:
         return outcome.placed and not outcome.names
     if outcome.stratum == "below":
         return not outcome.failed and not outcome.wrong
@@ -270,6 +294,7 @@ def report(outcomes: Sequence[Outcome], twins: Twins) -> str:
         "Every effect": by_effect(outcomes, twins),
         "Named first in less than 80 %": weak(outcomes, twins),
         "Outside the catalogue": outside_table(outcomes),
+        "Laws put together by chance": composed_table(outcomes),
         "What was named": confusion_table(outcomes),
         "Are the odds true?": reliability_table(outcomes),
         "What an answer costs, in simulations": steps_table(outcomes),

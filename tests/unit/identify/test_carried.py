@@ -51,7 +51,7 @@ from identify.stage import Place
 from identify.trace import Step
 from identify.unnamed.lines import GapRipple
 from identify.unnamed.maps import LevelMap
-from identify.unnamed.timed import ClockMap
+from identify.unnamed.timed import OffsetOverClock
 from identify.wandering import wander_of
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
@@ -179,7 +179,7 @@ def test_nothing_else_that_differs_from_repeat_to_repeat_is_taken_for_it(other):
 
 @pytest.mark.parametrize(("law", "there"), [
     (LevelMap(Place.SOURCE, (-5.0, 0.0, 5.0, 10.0)), False),
-    (ClockMap(Place.SENSE, tuple(np.arange(2.0 * MOST).tolist())), True),  # a table foretells nothing
+    (OffsetOverClock(Place.SENSE, tuple(np.arange(2.0 * MOST).tolist())), True),  # a table foretells nothing
 ])  # fmt: skip
 def test_a_law_of_few_numbers_that_foretells_what_chance_would_make_is_believed_before_it(
     noisy, monkeypatch, law, there
@@ -418,7 +418,7 @@ def test_a_name_that_is_not_earned_leaves_the_noise_beside_which_it_was_found(be
 
     def told(bench: Bench, hypothesis: Hypothesis) -> Located:
         asked.append(hypothesis)
-        return Located(hypothesis, ((ClockMap(Place.F, (0.0, 1.0)), hypothesis),), 0.0)
+        return Located(hypothesis, ((OffsetOverClock(Place.F, (0.0, 1.0)), hypothesis),), 0.0)
 
     monkeypatch.setattr("identify.explain.warrant.located", told)
     monkeypatch.setattr("identify.explain.warrant._challenged", lambda *those: True)

@@ -16,7 +16,7 @@ from identify.explain.shape import shape_of
 from identify.stage import Place
 from identify.trace import Step
 from identify.unnamed.maps import BrokenMap, OuterMap
-from identify.unnamed.modulation import Swiftness
+from identify.unnamed.past import Swiftness
 from identify.unnamed.timed import Moments
 from tests.proof.cases import Concealed
 from tests.proof.integrator import read_when

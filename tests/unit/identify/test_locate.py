@@ -31,8 +31,9 @@ from identify.unnamed.correction import Correction
 from identify.unnamed.hysteresis import Relays
 from identify.unnamed.linear import Bypass, Filter, OneWay
 from identify.unnamed.lines import GapRipple
-from identify.unnamed.maps import LevelMap, LevelTable, RateMap, Trailing
-from identify.unnamed.timed import ClockMap
+from identify.unnamed.maps import LevelMap, LevelTable
+from identify.unnamed.rates import RateMap, Trailing
+from identify.unnamed.timed import OffsetOverClock
 from tests.proof.cases import Concealed
 from tests.proof.integrator import play, slewed
 from tests.proof.rigs import OP_AMP
@@ -337,9 +338,9 @@ def test_a_lag_of_one_way_goes_with_the_rate_before_or_behind_a_g2_that_is_fast(
     assert set(late.places) - open_to == {p for p, share in late.places.items() if share < 0.01}
 
 
-@pytest.mark.parametrize(
-    "table", [ClockMap(Place.SENSE, tuple(np.arange(2.0 * MOST).tolist())), LevelTable(Place.SOURCE, (-1.0, 0.0, 2.0))]
-)
+@pytest.mark.parametrize("table", [
+    OffsetOverClock(Place.SENSE, tuple(np.arange(2.0 * MOST).tolist())), LevelTable(Place.SOURCE, (-1.0, 0.0, 2.0)),
+])  # fmt: skip
 @pytest.mark.parametrize(("explained", "law_is_first"), [(0.9, True), (0.5, False)])
 def test_a_table_as_fine_as_the_data_is_believed_after_a_law_of_few_numbers_that_foretells_most(
     explained: float, law_is_first: bool, table: Correction
@@ -388,7 +389,8 @@ def test_a_correction_that_explains_little_excludes_no_other_place(left: float, 
 def test_a_place_that_is_ruled_out_is_not_told_and_all_else_is_open_where_nothing_else_was_fitted() -> None:
     there = bench()
     base, behind = replace(there.fitted(there.plain, ()), chi2=2000.0, count=1000), (Place.G2, Place.SENSE)
-    drift, border = (kind(place, (-1.0, 0.0, 1.0)) for kind, place in ((ClockMap, Place.SENSE), (RateMap, Place.F)))
+    kinds = ((OffsetOverClock, Place.SENSE), (RateMap, Place.F))
+    drift, border = (kind(place, (-1.0, 0.0, 1.0)) for kind, place in kinds)
     best, second = (drift, replace(base, chi2=1000.0)), (border, replace(base, chi2=1500.0))
     assert next(iter(Located(base, (best, second), 0.0, (5.0, 5.0)).places)) is Place.SENSE
     told = Located(base, (second, best), 0.0, (5.0, 5.0), ruled_out=behind)
@@ -416,7 +418,7 @@ def test_a_law_of_how_fast_g2_puts_out_is_listed_at_the_sense(kind: type[Correct
 
 
 def test_a_table_as_fine_as_the_data_keeps_none_of_few_knots_from_the_race() -> None:
-    fine, few = (ClockMap(Place.SENSE, tuple(np.arange(float(count)).tolist())) for count in (MOST + 1, 6))
+    fine, few = (OffsetOverClock(Place.SENSE, tuple(np.arange(float(count)).tolist())) for count in (MOST + 1, 6))
     ranked = [Suspect(law, np.ones(1), np.array([5000.0]), {}) for law in (fine, few)]
     assert overlooked(ranked, ranked[:1]) == ranked[1:]
     assert overlooked(ranked, ranked) == []

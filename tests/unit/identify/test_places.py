@@ -18,9 +18,9 @@ from identify.stage import Place
 from identify.unnamed.contact import Kicking
 from identify.unnamed.hysteresis import Hysteresis
 from identify.unnamed.linear import Filter
-from identify.unnamed.maps import RateGain, RateMap
-from identify.unnamed.modulation import GapAfterLoad, Swiftness
-from identify.unnamed.timed import ClockMap, GainMap, GainSteps, GapOverClock, OffsetInRun, Timed
+from identify.unnamed.past import GapAfterLoad, Swiftness
+from identify.unnamed.rates import GainOverRate, RateMap
+from identify.unnamed.timed import GainOverClock, GainSteps, GapOverClock, OffsetInRun, OffsetOverClock, Timed
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
 from tests.proof.stimuli import FIG13_LEVELS_V, Stimulus, sine, staircase
@@ -112,7 +112,7 @@ def test_a_gain_over_the_rate_that_g2_hardly_changes_may_be_of_f_or_of_the_readi
     assert members[0].stage == told.best.place.label
     fits = {c.stage: c.fit for c in members if not c.exact}
     assert {"F", "sense"} <= set(fits)
-    assert all(f is not None and f.chain.stage_of(RateGain).place.label == stage for stage, f in fits.items())
+    assert all(f is not None and f.chain.stage_of(GainOverRate).place.label == stage for stage, f in fits.items())
     assert [(c.stage, c.fit) for c in members if c.exact] in ([], [("G2", None)])
 
 
@@ -136,7 +136,7 @@ def test_linear_dynamics_are_the_same_on_either_side_of_a_linear_block() -> None
     assert told.alternatives()[0] is Place.SENSE
 
 
-@pytest.mark.parametrize("kind", [ClockMap, GainMap, GainSteps, OffsetInRun])
+@pytest.mark.parametrize("kind", [OffsetOverClock, GainOverClock, GainSteps, OffsetInRun])
 def test_what_is_slow_is_the_same_on_either_side_of_a_linear_block(kind: type[Timed]) -> None:
     """A gain that goes with the clock passes G1 as it is: the source may have it."""
     told = {place: kind(place, (0.0, 1.0)) for place in kind.places}
@@ -149,8 +149,8 @@ def test_what_is_slow_is_the_same_on_either_side_of_a_linear_block(kind: type[Ti
 def test_what_shows_only_while_f_moves_may_have_entered_in_front_of_it() -> None:
     """A table as fine as the data says no more than when; one of few numbers that does better at F is at F."""
     fine = tuple(np.linspace(0.0, 1.0, 1000).tolist())
-    assert entered_at(ClockMap(Place.F, fine)) == (Place.F, Place.G1, Place.SOURCE)
-    assert entered_at(ClockMap(Place.SENSE, fine)) == (Place.SENSE, Place.G2, Place.F)
+    assert entered_at(OffsetOverClock(Place.F, fine)) == (Place.F, Place.G1, Place.SOURCE)
+    assert entered_at(OffsetOverClock(Place.SENSE, fine)) == (Place.SENSE, Place.G2, Place.F)
     assert entered_at(GapOverClock(Place.F, (0.0, 0.5, 1.0))) == (Place.F,)
 
 

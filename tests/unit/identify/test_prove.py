@@ -18,7 +18,7 @@ from identify.unnamed.correction import Correction
 from identify.unnamed.linear import Bypass, Filter
 from identify.unnamed.lines import Line
 from identify.unnamed.maps import LevelMap, LevelTable
-from identify.unnamed.timed import ClockMap
+from identify.unnamed.timed import OffsetOverClock
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
 from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
@@ -35,7 +35,7 @@ PLAIN = BENCH.fitted(BENCH.plain, (), 0)
     (LevelMap(Place.F, KNOTS), 0.5, False),  # noise may have made it
     (LevelMap(Place.F, tuple(map(float, range(MOST + 1)))), 1e-9, False),
     (LevelTable(Place.SOURCE, KNOTS), 1e-9, False),  # of other levels than those held it says nothing
-    (ClockMap(Place.SENSE, KNOTS), 1e-9, False),  # nor of another time
+    (OffsetOverClock(Place.SENSE, KNOTS), 1e-9, False),  # nor of another time
     (Line(Place.SENSE, (93.9,)), 1e-9, False),  # whose phase is another in every run
 ])  # fmt: skip
 def test_a_law_says_something_of_other_runs_and_a_table_does_not(
@@ -52,7 +52,7 @@ def test_where_held_out_data_are_no_better_for_a_correction_no_place_is_excluded
 
 def test_a_place_that_gives_the_same_data_has_no_fit_of_its_own_whatever_else_fits_there() -> None:
     """What the best law does at G2 no stimulus tells from the reading, though a filter there does nearly as well."""
-    table = ClockMap(Place.F, tuple(map(float, range(MOST + 1))))
+    table = OffsetOverClock(Place.F, tuple(map(float, range(MOST + 1))))
     laws = (LevelMap(Place.SENSE, KNOTS), 0.5), (Filter(Place.G2, (1e-3,)), 0.51), (table, 0.52)
     fitted = tuple((law, replace(PLAIN, chi2=share * PLAIN.chi2)) for law, share in laws)
     members = entered(Located(PLAIN, fitted, 1e-9, (5.0, 5.0, 5.0)), unproven=True)

@@ -16,7 +16,7 @@ from identify.readings import blemishes
 from identify.readings.mend import Mended
 from identify.readings.missing_samples import MissingSamples
 from identify.stage import Place
-from identify.unnamed.timed import ClockMap
+from identify.unnamed.timed import OffsetOverClock
 from tests.proof.ask import known_effects, parted
 from tests.proof.bench import record
 from tests.proof.cases import Concealed
@@ -110,7 +110,7 @@ def test_blemishes_are_looked_for_beside_what_is_unnamed_but_not_beside_what_goe
     beside = kept.beyond.fitted[0][1]
     assert beside.misfit < 0.02 < plain.misfit
     assert WAY._best_told(kept) is beside.fit.chain
-    drifting = replace(kept.beyond, fitted=((ClockMap(Place.SENSE, (0.0, 1.0)), beside),))
+    drifting = replace(kept.beyond, fitted=((OffsetOverClock(Place.SENSE, (0.0, 1.0)), beside),))
     assert WAY._best_told(replace(kept, beyond=drifting)) is plain.fit.chain
 
 

@@ -22,9 +22,9 @@ from identify.unnamed.contact import AfterContact, AfterEither, Giving, Sticking
 from identify.unnamed.correction import Correction
 from identify.unnamed.hysteresis import Relays
 from identify.unnamed.lines import Flutter
-from identify.unnamed.maps import LevelMap, Trailing
-from identify.unnamed.memory import BorderOverRate, GapOverRate
-from identify.unnamed.modulation import AFTER, Heated
+from identify.unnamed.maps import LevelMap
+from identify.unnamed.past import AFTER, OffsetAfterLoad
+from identify.unnamed.rates import BorderOverRate, GapOverRate, Trailing
 from identify.unnamed.timed import GainSteps, GapSteps, LeadSteps, OffsetSteps, Timed
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
@@ -102,7 +102,7 @@ def test_one_lag_that_is_sought_is_put_in_the_place_of_several_where_it_does(
 ) -> None:
     warm = tuple(Concealed("warm_joint", {"k": 0.3, "tau": tau, "top": 12.0}) for tau in taus_s)
     there = evidence(*FIG13_LEVELS_V, physics=warm)
-    several = suspect(there, Heated(Place.SENSE, (1e-3, 0.008, 0.05, 0.4, 3.0)))
+    several = suspect(there, OffsetAfterLoad(Place.SENSE, (1e-3, 0.008, 0.05, 0.4, 3.0)))
     kept = finer(there, several, 1.0)
     assert len(kept.correction.knots) == lags
     if lags == 1:
@@ -127,7 +127,8 @@ def test_one_threshold_is_sought_between_those_that_are_fixed(
 
 @pytest.mark.parametrize(("physics", "law", "tau"), [
     (Concealed("giving_contact", {"tau": 3e-4}), Giving(Place.F, (7e-4, 5e-3, 0.03)), 3e-4),
-    (Concealed("warm_joint", {"k": 0.3, "tau": 0.15, "top": 12.0}), Heated(Place.SENSE, (1e-3, 8e-3, 0.05)), 0.15),
+    (Concealed("warm_joint", {"k": 0.3, "tau": 0.15, "top": 12.0}),
+     OffsetAfterLoad(Place.SENSE, (1e-3, 8e-3, 0.05)), 0.15),
 ], ids=["below", "above"])  # fmt: skip
 def test_one_lag_is_sought_beyond_those_that_are_fixed(physics: Concealed, law: Correction, tau: float) -> None:
     """A contact that follows within two samples was taken for a pole: the fixed lags began at six of them."""

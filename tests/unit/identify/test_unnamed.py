@@ -16,7 +16,14 @@ from identify.simulate import Player
 from identify.stage import Block, Grid, Place
 from identify.unnamed.correction import Correction
 from identify.unnamed.maps import LevelMap
-from identify.unnamed.modulation import GapAfterMotion, GapAfterUse, Leaning, Moved, Rectified, Stirred
+from identify.unnamed.past import (
+    GainAfterLevel,
+    GainAfterMotion,
+    GapAfterMotion,
+    GapAfterUse,
+    OffsetAfterMotion,
+    OffsetAfterUse,
+)
 from identify.unnamed.stored import KINDS, correction_of
 from rig.rigfile import model_to_dict, model_to_yaml, parse_rig
 from tests.proof.rigs import OP_AMP
@@ -30,7 +37,7 @@ KNOTS = {
     "V": (-22.0, -14.0, -6.0, 2.0, 10.0, 18.0), "V/s": (0.0, 30.0, 100.0, 300.0), "s": (0.001, 0.01, 0.1),
     "Hz": (77.0,),
 }  # fmt: skip
-SIZE = {"V": 0.05, "V/V": 0.02, "V/s": 0.7, "V^-1": 2e-3, "V^-2": 1e-4, "s": 2e-4, "s/V": 1e-4}
+SIZE = {"V": 0.05, "V/V": 0.02, "V/s": 0.7, "V^-1": 2e-3, "V^-2": 1e-4, "s": 2e-4, "s/V": 1e-4, "s/V^2": 5e-6}
 EVERY = [(form, place) for form, kind in KINDS.items() for place in kind.places]
 
 
@@ -104,7 +111,7 @@ def test_it_runs_the_same_in_one_piece_and_in_many(form: str) -> None:
 def test_a_gain_leans_as_its_signal_stood_and_falls_as_it_moved() -> None:
     """At 2 V for long, and on a ramp of 3 V/s: by the level and by the way, once the lag of 10 ms has passed."""
     grid, stood, moved = Grid("run", 1e-4, 1, 0.0, 0.0), np.full(3000, -2.0), -3.0 * np.arange(3000) * 1e-4
-    for kind, signal, load in ((Leaning, stood, -2.0), (Moved, moved, 0.03)):
+    for kind, signal, load in ((GainAfterLevel, stood, -2.0), (GainAfterMotion, moved, 0.03)):
         out = kind(Place.SENSE, (0.01,)).summed((0.05,), grid)(Block(signal, signal, 0, grid))
         assert out[-1] == pytest.approx(signal[-1] * (1.0 + 0.05 * load), rel=1e-6)
 
@@ -112,7 +119,7 @@ def test_a_gain_leans_as_its_signal_stood_and_falls_as_it_moved() -> None:
 def test_an_offset_and_a_gap_follow_how_a_signal_stood_and_moved() -> None:
     """The same, where zero or both borders follow; w is on the upper border as v falls, and stays as v stands."""
     grid, stood, moved = Grid("run", 1e-4, 1, 0.0, 0.0), np.full(3000, -2.0), -3.0 * np.arange(3000) * 1e-4
-    for kind, signal, load in ((Rectified, stood, 2.0), (Stirred, moved, 0.03)):
+    for kind, signal, load in ((OffsetAfterUse, stood, 2.0), (OffsetAfterMotion, moved, 0.03)):
         out = kind(Place.SENSE, (0.01,)).summed((0.05,), grid)(Block(signal, signal, 0, grid))
         assert out[-1] == pytest.approx(signal[-1] + 0.05 * load, rel=1e-6)
     for gap, signal, load in ((GapAfterUse, moved, -moved[-101]), (GapAfterMotion, moved, 0.03)):

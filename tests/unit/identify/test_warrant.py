@@ -15,15 +15,15 @@ from identify.stage import Place
 from identify.unnamed.correction import Correction
 from identify.unnamed.linear import Filter
 from identify.unnamed.maps import LevelMap
-from identify.unnamed.timed import ClockMap
+from identify.unnamed.timed import OffsetOverClock
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
 from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
 from tests.trials import model_of, observed, recorded
 
 NOISE_V, TOLD = 0.010, 1e5
-CLOCK, LEVEL = ClockMap(Place.SENSE, (0.0, 0.1, 0.2), "map"), LevelMap(Place.SENSE, (-5.0, 0.0, 5.0), "map")
-TABLE = ClockMap(Place.SENSE, tuple(float(i) for i in range(500)), "map")
+CLOCK, LEVEL = OffsetOverClock(Place.SENSE, (0.0, 0.1, 0.2), "map"), LevelMap(Place.SENSE, (-5.0, 0.0, 5.0), "map")
+TABLE = OffsetOverClock(Place.SENSE, tuple(float(i) for i in range(500)), "map")
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,8 @@ from identify.effects.effect import short
 from identify.readings import blemishes
 from tests.proof.bench import LAWS, SUBSTEPS, answer, record
 from tests.proof.cases import Concealed
+from tests.proof.composed import COMPOSED, WHAT
+from tests.proof.composing import STAGES
 from tests.proof.detect import Sensed, strength
 from tests.proof.integrator import Grid, linear_block
 from tests.proof.kinds import LIBRARY, UNHEARD
@@ -30,7 +32,7 @@ def test_every_physics_of_the_catalogue_and_eight_outside_it_can_be_concealed():
     assert set(KNOWN) <= set(IDS)
     assert len(UNHEARD) >= 8
     assert not {kind.id for kind in UNHEARD} & set(IDS)
-    assert {kind.law for kind in (*LIBRARY, *UNHEARD)} == set(LAWS)
+    assert {kind.law for kind in (*LIBRARY, *UNHEARD)} | set(COMPOSED) == set(LAWS)
 
 
 @pytest.mark.parametrize("kind", [kind for kind in LIBRARY if kind.id in KNOWN], ids=lambda kind: kind.law)
@@ -235,3 +237,15 @@ def test_readings_are_the_same_on_the_grid_of_the_sizes_as_far_as_z_goes():
     u, noise_v = PLAYED[1].u, 1e-3
     coarse, fine = (answer(RC, u, Grid(1e4, u.size, n)) for n in (2, 32))
     assert np.sqrt(np.mean((coarse - fine) ** 2)) < noise_v
+
+
+def test_what_chance_puts_together_is_of_its_stage_and_clear_and_the_same_when_drawn_again():
+    for stage in STAGES:
+        trial = drawn(Key(7, "composed", stage, 0))
+        (finding,), (law,), (z,) = trial.unheard, trial.physics, trial.z
+        assert finding.stage == stage
+        assert finding.id == law.name
+        assert WHAT[law.name.partition(" by ")[0]][0] == stage
+        assert 30.0 < z < 3300.0
+        assert drawn(trial.key).physics == trial.physics
+    assert {k.about for k in islice(plan(7, ("composed",), ()), 2 * len(STAGES))} == set(STAGES)
