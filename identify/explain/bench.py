@@ -32,7 +32,8 @@ from identify.explain.round import (
     richer,
     unforeseen,
 )
-from identify.explain.suspect import Suspect, explainable, hinted, suspects
+from identify.explain.suspect import Suspect, explainable, hinted
+from identify.explain.suspects import suspects
 from identify.explain.wander import MOSTLY, sizing, unrepeated, without_chance
 from identify.explain.weights import Carried
 from identify.fit import Fit, fit

@@ -13,7 +13,8 @@ from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import located
 from identify.explain.round import FORETOLD, Round
 from identify.explain.select import MOST_EFFECTS, Selected, selected
-from identify.explain.suspect import Suspect, finer, is_fine, with_alike
+from identify.explain.sought import finer
+from identify.explain.suspect import Suspect, is_fine, with_alike
 from identify.explain.wander import changes, unrepeated
 
 CLOSELY = 2  # laws that are fitted to their end in the place of noise in front of the gap

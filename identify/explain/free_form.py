@@ -15,19 +15,9 @@ from identify.explain.bench import Bench
 from identify.explain.corners import again, cornered, slid
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.race import KEPT
+from identify.explain.sought import finer, of_one, one_again, retuned
 from identify.explain.steady import steady
-from identify.explain.suspect import (
-    LEVEL,
-    Suspect,
-    contenders,
-    finer,
-    is_fine,
-    of_one,
-    one_again,
-    overlooked,
-    retuned,
-    unexplained,
-)
+from identify.explain.suspect import LEVEL, Suspect, contenders, is_fine, overlooked, unexplained
 from identify.explain.wander import all_wanders
 from identify.fit import total_chi_squared
 from identify.phases import turned_sines

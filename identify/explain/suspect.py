@@ -6,25 +6,20 @@ as noise.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from math import exp, log
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 from scipy.stats import chi2 as chi2_distribution
 
-from identify.chain import Chain, local_name
+from identify.chain import local_name
 from identify.derivatives.sensitivities import DIFFERENCE
 from identify.evidence import Evidence
-from identify.explain.corrections import corrections, sharpened
-from identify.explain.moments import wandering
-from identify.explain.narrow import narrow
 from identify.first_order import Products
 from identify.stage import Place
 from identify.trace import Array
 from identify.unnamed.correction import Correction
-from identify.unnamed.linear import SlowFilter
 
 WIDTHS = np.geomspace(1e-2, 1e10, 49)  # of the weights' distribution over that at which they could just be seen
 LEVEL = 1e-3  # probability of a false alarm, all corrections together
@@ -35,10 +30,6 @@ LARGE = 1000.0  # of chi-squared: a mismatch that leaves first order
 PART = 0.3  # of the best promise, from which anything is fitted for a few iterations
 MOST = 64  # knots that are fitted
 RANK = 1e-9  # eigenvalues of the weights' information below this share of the largest are not told by the data
-BESIDE, CLOSER, TUNED = 0.5, 0.4, 1e-3  # of what the longest run resolves: steps in which a frequency is moved
-AROUND = (0.2, 0.5, 1.0, 2.0, 5.0)  # times a knot: where it is sought once more
-STRETCHED = 0.3  # of a knot, by which it is moved at once
-KNOT = 3e-3  # of a lag, a threshold or a rate: how well one is sought
 
 
 @dataclass(frozen=True)
@@ -86,19 +77,6 @@ def is_fine(correction: Correction) -> bool:
     return len(correction.knots) > MOST
 
 
-def suspects(evidence: Evidence) -> list[Suspect]:
-    """Return every correction with its promise to first order, the likeliest first."""
-    found = [_placed(suspect(evidence, correction)) for correction in corrections(evidence)]
-    found += [
-        Suspect(one, np.ones(squares.size), squares, values, looks)
-        for one, squares, values, looks in wandering(evidence.fine)
-    ]
-    if (seen := narrow(evidence.fine)) is not None:
-        found.append(replace(suspect(evidence.fine, seen[0]), looks=seen[1]))
-    noise = unexplained(evidence, found)
-    return sorted(found, key=lambda s: -s.worth(noise)[0])
-
-
 def unexplained(evidence: Evidence, found: Sequence[Suspect]) -> float:
     """Return the variance of what no correction explains, in units of the noise's, at least one."""
     left = evidence.left - max((s.gain for s in found), default=0.0)
@@ -129,13 +107,12 @@ def suspect(evidence: Evidence, correction: Correction) -> Suspect:
     seen = values > RANK * values[-1]
     pulls = vectors[:, seen].T @ right
     weights = vectors[:, seen] @ (pulls / values[seen])
-    moved = _moved(evidence, products.mimic @ weights)
-    solved = {**moved, **dict(zip(names, weights.tolist(), strict=True))}
+    solved = {**moved(evidence, products.mimic @ weights), **dict(zip(names, weights.tolist(), strict=True))}
     looks = log(sum(o.trace.size for o in evidence.observations) // 2) if correction.searched else 0.0
     return Suspect(correction, values[seen], pulls**2 / values[seen], solved, looks)
 
 
-def _moved(evidence: Evidence, made: Array) -> dict[str, float]:
+def moved(evidence: Evidence, made: Array) -> dict[str, float]:
     """Return the values of the fitted parameters, by full name, once they have moved beside a change of the answer.
 
     ``made`` is what that does along their slopes.
@@ -165,17 +142,6 @@ def products_of(evidence: Evidence, correction: Correction) -> tuple[list[str], 
     if correction.local:
         names = [local_name(name, o.trace.name) for o in evidence.observations for name in names]
     return names, evidence.products_by_run(chains, step, owners)
-
-
-def _placed(found: Suspect) -> Suspect:
-    """Return a slow filter behind F at the stage whose physics does what it does, which no data can tell.
-
-    What goes on in the direction of a step is the creep of a capacitor that holds, what sags back is a coupling.
-    """
-    if found.correction.form != SlowFilter.form or found.correction.place != Place.SENSE:
-        return found
-    creeps = sum(found.values.get(p.name, 0.0) for p in found.correction.parameters()) < 0.0
-    return replace(found, correction=replace(found.correction, place=Place.F)) if creeps else found
 
 
 def contenders(ranked: Sequence[Suspect], noise: float) -> list[Suspect]:
@@ -215,83 +181,3 @@ def overlooked(ranked: Sequence[Suspect], fitted: Sequence[Suspect]) -> list[Sus
         found.setdefault((s.correction.form, s.correction.place), s)
     known = {(s.correction.form, s.correction.place) for s in fitted if not is_fine(s.correction)}
     return with_alike(ranked, [s for key, s in found.items() if key not in known])
-
-
-def finer(evidence: Evidence, found: Suspect, noise: float) -> Suspect:
-    """Return a suspect with as many knots as the data ask for, or at the frequency, lag, level or rate asked for."""
-    if found.correction.searched:
-        return tuned(evidence, found)
-    if found.correction.single:
-        return max(found, of_one_knot(evidence, found), key=lambda s: s.worth(noise)[0])
-    sharper = [suspect(evidence, correction) for correction in sharpened(evidence, found.correction)]
-    return max([found, *sharper], key=lambda s: s.worth(noise)[0])
-
-
-def tuned(evidence: Evidence, found: Suspect) -> Suspect:
-    """Return a suspect of one frequency at that at which it explains most, to a small part of what runs resolve.
-
-    A line that is off by a tenth of that leaves a tenth of itself: far above the noise it would not be what it is.
-    """
-    step_hz = BESIDE / evidence.longest_s
-    while step_hz > TUNED / evidence.longest_s:
-        at_hz = found.correction.knots[0]
-        sides = [suspect(evidence, replace(found.correction, knots=(at_hz + by,))) for by in (-step_hz, step_hz)]
-        better = max(sides, key=lambda s: s.gain)
-        if better.gain > found.gain:
-            found = better
-        else:
-            step_hz *= CLOSER
-    return found
-
-
-def retuned(evidence: Evidence, base: Chain, law: Correction) -> tuple[Correction, dict[str, float]] | None:
-    """Return a fitted law of one knot at a better one, and all values there; None where noise may ask for it.
-
-    ``evidence`` is of the fit with the law in ``base``: what a gap makes of a line hangs on how large the line is, and
-    the plain values have moved for a lag that is not the right one, so that where it explains most is told from there
-    and not from where it is absent.
-    """
-    evidence = evidence.seen_by(law)
-    by = TUNED / (evidence.longest_s * law.knots[0]) if law.searched else KNOT
-    column = evidence.change(_times(law, 1.0 + by).put_in(base, evidence.chain.values)) / by
-    along, energy = evidence.products(column)
-    step = float(np.clip(along / energy, -STRETCHED, STRETCHED)) if 0.0 < energy < np.inf else 0.0
-    if step * (2.0 * along - step * energy) < 1.0:
-        return None
-    return _times(law, 1.0 + step), _moved(evidence, step * (evidence.slopes @ column))
-
-
-def _times(law: Correction, factor: float) -> Correction:
-    """Return a law with its one knot, or the same on either side of zero, elsewhere."""
-    return replace(law, knots=tuple(knot * factor for knot in law.knots))
-
-
-def of_one_knot(evidence: Evidence, found: Suspect) -> Suspect:
-    """Return a suspect with one knot in the place of several, where it explains most; its price is in its looks.
-
-    Or with one on either side of zero. Far above the noise fixed lags, thresholds and rates leave of a law of one what
-    laws of other physics may not.
-    """
-    knots = found.correction.knots
-
-    def at(x: float) -> Suspect:
-        return suspect(evidence, replace(found.correction, knots=(*([-exp(x)] if knots[0] < 0.0 else []), exp(x))))
-
-    logs = np.log([knot for knot in knots if knot > 0.0])
-    beyond = np.diff(logs)[[0, -1]] if logs.size > 1 else np.zeros(2)
-    best = int(np.argmax([at(x).gain for x in logs]))
-    ends = np.concatenate((logs[:1] - beyond[0], logs, logs[-1:] + beyond[1]))
-    bounds = ends[best], ends[best + 2]
-    one = at(float(minimize_scalar(lambda x: -at(x).gain, bounds=bounds, options={"xatol": KNOT}).x))
-    return replace(one, looks=0.5 * log(max(one.gain, 1.0)))
-
-
-def of_one(law: Correction) -> bool:
-    """Return whether a correction has one knot, or the same on either side of zero, in the place of several."""
-    return law.single and len({abs(knot) for knot in law.knots}) == 1
-
-
-def one_again(evidence: Evidence, law: Correction) -> Suspect:
-    """Return a correction of one knot with that sought once more around where it is, on other evidence."""
-    around = sorted(knot * factor for knot in law.knots for factor in AROUND)
-    return of_one_knot(evidence, suspect(evidence, replace(law, knots=tuple(around))))

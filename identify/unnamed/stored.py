@@ -21,6 +21,7 @@ from identify.unnamed.maps import BrokenMap, LevelMap, LevelTable, OuterMap, Sou
 from identify.unnamed.memory import BorderMap, Leak, Plateau
 from identify.unnamed.past import AFTER, Swiftness
 from identify.unnamed.rates import BorderOverRate, GainOverRate, GapOverRate, RateMap, Trailing
+from identify.unnamed.sudden import SUDDEN, SuddenDynamics
 from identify.unnamed.timed import (
     Ageing,
     GainInRun,
@@ -46,7 +47,8 @@ EVERY: tuple[type[Correction], ...] = (
     GapOverRate, BorderOverRate, Trailing, Filter, SlowFilter, OneWay, Bypass, Hysteresis, Relays, Sticking, Giving,
     Kicking, AfterContact, AfterEither, AfterImpact, Plateau, *FARTHEST, *SINCE, OffsetOverClock,
     OffsetSteps, OffsetInRun, Moments, GainOverClock, GainSteps, GainInRun, GapOverClock, GapSteps, GapInRun,
-    LeadOverClock, LeadSteps, LeadInRun, Ageing, Line, Wave, Ripple, Flutter, GapRipple, *AFTER, Swiftness,
+    LeadOverClock, LeadSteps, LeadInRun, Ageing, *SUDDEN, SuddenDynamics, Line, Wave,
+    Ripple, Flutter, GapRipple, *AFTER, Swiftness,
 )  # fmt: skip
 KINDS = {kind.form: kind for kind in EVERY}
 

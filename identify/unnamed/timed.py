@@ -213,9 +213,18 @@ class Ageing(Correction):
         return "clock time"
 
     @property
+    def same_at(self) -> tuple[Place, ...]:
+        """Return the places at which this gives the same data, its own first: linear blocks pass lags on."""
+        return (self.place, Place.SOURCE if self.place is Place.G1 else Place.SENSE)
+
+    @property
     def numbers(self) -> range:
         """Return the numbers of the time constants."""
         return range(1, len(self.knots))
+
+    def grown(self, block: Block) -> Array:
+        """Return how far it has come at every instant, 1 at the last knot."""
+        return block.time_s() / self.knots[-1]
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal plus the high-passes that grow."""
@@ -225,7 +234,6 @@ class Ageing(Correction):
         ]  # fmt: skip
 
         def run(block: Block) -> Array:
-            grown = sum(a * high(block) for a, high in passed)
-            return np.asarray(block.signal + block.time_s() / self.knots[-1] * grown)
+            return np.asarray(block.signal + self.grown(block) * sum(a * high(block) for a, high in passed))
 
         return run

@@ -41,7 +41,9 @@ from identify.explain.prune import pruned
 from identify.explain.readings import Look, read
 from identify.explain.rivals import _ahead
 from identify.explain.round import Round
-from identify.explain.suspect import MOST, finer, suspects
+from identify.explain.sought import finer
+from identify.explain.suspect import MOST
+from identify.explain.suspects import suspects
 from identify.explain.wander import changes, whitened
 from identify.explain.warrant import Warranted, warranted
 from identify.fit import Pull

@@ -20,8 +20,9 @@ from identify.explain.moments import where
 from identify.explain.prove import proven
 from identify.explain.rivals import left_to_explain
 from identify.explain.shape import shape_of
+from identify.explain.sought import retuned
 from identify.explain.survey import surveyed
-from identify.explain.suspect import LARGE, MOST, Suspect, contenders, overlooked, retuned, suspect
+from identify.explain.suspect import LARGE, MOST, Suspect, contenders, overlooked, suspect
 from identify.explain.wander import unrepeated
 from identify.phases import turned_sines
 from identify.stage import Place

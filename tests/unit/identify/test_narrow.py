@@ -10,7 +10,7 @@ from identify.evidence import Evidence
 from identify.explain.bench import Bench
 from identify.explain.locate import located
 from identify.explain.narrow import narrow
-from identify.explain.suspect import suspects
+from identify.explain.suspects import suspects
 from identify.stage import Place
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP

@@ -16,7 +16,8 @@ from identify.explain.corrections import (
     speeds,
     with_zero,
 )
-from identify.explain.suspect import MOST, Suspect, contenders, explainable, finer, overlooked, products_of, suspect
+from identify.explain.sought import finer
+from identify.explain.suspect import MOST, Suspect, contenders, explainable, overlooked, products_of, suspect
 from identify.stage import Place
 from identify.unnamed.contact import AfterContact, AfterEither, Giving, Sticking
 from identify.unnamed.correction import Correction

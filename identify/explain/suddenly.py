@@ -1,0 +1,79 @@
+"""At which moment of the clock did something change for good, and what?
+
+What comes in at a moment does nearly what it would do from the beginning, kept from that moment on: so all moments are
+looked at by sums over windows, and only around the likeliest is it simulated.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.evidence import Evidence
+from identify.explain.corrections import free_name, slowest_s
+from identify.first_order import Products
+from identify.trace import Array
+from identify.unnamed.correction import Correction
+from identify.unnamed.sudden import SUDDEN, SuddenDynamics
+
+Indices = NDArray[np.intp]
+WINDOW_S = 0.05
+LAGS = 3  # time constants of dynamics that change
+SEEN = 1e-9  # eigenvalues below this share of the largest are not told by the data
+
+
+def suddenly(evidence: Evidence) -> Iterator[tuple[Correction, float]]:
+    """Yield laws that come in at the moment at which windows say they explain most, and what that promises there.
+
+    In units of chi-squared. Nothing where no run has two windows.
+    """
+    clock_s, order, starts = _windows(evidence)
+    if clock_s.size < 2:
+        return
+    for law in _laws(evidence):
+        if law.applicable(evidence.chain):
+            gains = _gains(evidence, law, order, starts)
+            best = int(np.argmax(gains))
+            yield replace(law, knots=(*law.knots[:-1], float(clock_s[best]))), float(gains[best])
+
+
+def _laws(evidence: Evidence) -> Iterator[Correction]:
+    """Yield every law that may come in, there from the beginning."""
+    name, first = free_name(evidence.chain), min(o.trace.start_s for o in evidence.observations)
+    yield from (law(place, (first,), name) for law in SUDDEN for place in law.places)
+    taus = np.geomspace(evidence.sample_s, max(slowest_s(evidence), 2.0 * evidence.sample_s), LAGS)
+    early = max(first, 1.01 * float(taus[-1]))
+    yield from (SuddenDynamics(place, (*taus.tolist(), early), name) for place in SuddenDynamics.places)
+
+
+def _windows(evidence: Evidence) -> tuple[Array, Indices, Indices]:
+    """Return when every window begins on the clock, s, the samples by the clock, and where windows begin in these."""
+    clock = [o.trace.start_s + np.flatnonzero(o.use) * evidence.sample_s for o in evidence.observations]
+    every = np.concatenate(clock)
+    order = np.argsort(every, kind="stable")
+    number = np.floor(every[order] / WINDOW_S)
+    starts = np.flatnonzero(np.diff(number, prepend=-1.0))
+    return every[order][starts], order, starts.astype(np.intp)
+
+
+def _gains(evidence: Evidence, law: Correction, order: Indices, starts: Indices) -> Array:
+    """Return what a law promises that comes in as each window begins, the fitted parameters moving with it."""
+    step = evidence.observations[0].noise_v
+    chain, names = law.put_in(evidence.chain), [p.name for p in law.parameters()]
+    rows = evidence.changes([chain.with_values({name: step}) for name in names], step)[:, order]
+    if not np.all(np.isfinite(rows)):
+        return np.zeros(starts.size)
+
+    def later(each: Array) -> Array:
+        return np.cumsum(np.add.reduceat(each, starts, axis=-1)[..., ::-1], axis=-1)[..., ::-1]
+
+    square = np.array([later(rows * row) for row in rows])
+    along, mimic = later(rows * evidence.residual[order]), np.array([later(rows * s[order]) for s in evidence.slopes])
+    parts = [Products(square[..., i], along[..., i], mimic[..., i]) for i in range(starts.size)]
+    return np.array([_gain(*evidence.less_plain(part)) for part in parts])
+
+
+def _gain(matrix: Array, right: Array) -> float:
+    """Return the fall of chi-squared along rows of a curvature and a slope, as far as the data tell them."""
+    return float(right @ np.linalg.pinv(matrix, rcond=SEEN, hermitian=True) @ right)
