@@ -24,7 +24,7 @@ from identify.explain.explanation import (
     Verdict,
 )
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.locate import LIKELY, located
+from identify.explain.locate import LIKELY, doubted, located
 from identify.explain.neighbours import spanning
 from identify.explain.of_readings import finding as of_readings
 from identify.explain.of_readings import location
@@ -62,7 +62,7 @@ class Answer:
         """Simulate the held-out data with the plain and the better model."""
         self.model, self.data, self.bench, self.rounds, self.dropped = model, data, bench, rounds, dropped
         self.survey = survey
-        self.plain, self.better, self.beyond = plain, earned.hypothesis, earned.beyond
+        self.plain, self.better, self.beyond = plain, earned.hypothesis, doubted(bench, earned.beyond)
         self.elsewhere = earned.elsewhere
         self.noise_v = data.noise.rms_v
         self.inflation = inflation(self.better.fit.chain, bench.observations, data.noise.freedom)

@@ -50,14 +50,14 @@ MORE = 18  # gaps of a second hysteresis that is fitted
 FINER = (16, 28)  # of one that is fitted: the data choose
 TAUS = 6  # time constants of a filter
 CLOCK = 6
-OFTENER = (16, 48)  # of a gain of the reading that drifts and is fitted
+OFTENER = (16, 48)  # of a gain of the reading that drifts, or of what comes anew in every run, and is fitted
 LAGS = 5
 TURNS = 5
 RATES = (0.3, 0.5, 0.7, 0.83, 0.93)  # of the largest: what a stage may be too slow for
 RUNS = 32  # starts of runs from which on something may be another, at most
 AGEING = 3
 SPEEDS = 9  # levels at which dynamics may differ
-GAPS = (3e-4, 1e-3, 3e-3, 0.01, 0.02, 0.04, 0.06, 0.09, 0.13, 0.18, 0.25, 0.35)  # of a range: half gaps
+GAPS = (3e-5, 3e-4, 1e-3, 3e-3, 0.01, 0.02, 0.04, 0.06, 0.09, 0.13, 0.18, 0.25, 0.35)  # of a range: half gaps
 PUSHES = (3e-3, 7e-3, 0.015, 0.03, 0.06, 0.12)  # of how far w goes: what breaks a contact loose
 THRESHOLDS = (0.05, 0.15, 0.3, 0.5, 0.7)  # of how far a signal goes: where something may switch
 RINGS = 24  # instants after contact, close enough to show how it rings
@@ -152,14 +152,15 @@ def _timed(evidence: Evidence, name: str) -> Iterator[Correction]:
 
 
 def sharpened(evidence: Evidence, correction: Correction) -> list[Correction]:
-    """Return a map of the level with more knots, a hysteresis of more gaps, a drift of the gain of the reading with
-    more knots, both borders alike over the rate; nothing for any other correction.
+    """Return a map of the level, or what comes anew in every run, with more knots, a hysteresis of more gaps, a drift
+    of the gain of the reading with more knots, both borders alike over the rate; nothing for any other correction.
 
-    More knots of an offset, or of a gain in front of F, would follow whatever wanders or changes.
+    More knots of an offset by the clock, or of a gain in front of F, would follow whatever wanders or changes.
     """
-    if isinstance(correction, GainOverClock) and correction.counted == "drifts" and correction.place is Place.SENSE:
+    anew = isinstance(correction, Timed) and correction.counted == "in a run"
+    if anew or (correction.form == GainOverClock.form and correction.place is Place.SENSE):
         more = [count for count in OFTENER if count > len(correction.knots)]
-        return [replace(correction, knots=recorded_knots(evidence, count)) for count in more]
+        return [replace(correction, knots=oftener(evidence, correction, count, anew)) for count in more]
     if correction.form in (AfterContact.form, AfterImpact.form):
         often = tuple(np.geomspace(correction.knots[0], correction.knots[-1], RINGS).tolist())
         kinds = (AfterContact, AfterEither) if correction.form == AfterContact.form else (AfterImpact,)
@@ -233,6 +234,11 @@ def clock_knots(evidence: Evidence) -> tuple[float, ...]:
     starts = [o.trace.start_s for o in evidence.observations]
     ends = [o.trace.start_s + o.trace.size * evidence.sample_s for o in evidence.observations]
     return tuple(np.linspace(min(starts), max(ends), CLOCK).tolist())
+
+
+def oftener(evidence: Evidence, law: Correction, count: int, anew: bool) -> tuple[float, ...]:
+    """Return more knots of a law over time, s, the time in a run where it comes ``anew`` in each."""
+    return tuple(np.linspace(0.0, law.knots[-1], count).tolist()) if anew else recorded_knots(evidence, count)
 
 
 def recorded_knots(evidence: Evidence, count: int) -> tuple[float, ...]:

@@ -11,6 +11,7 @@ from itertools import compress
 from math import log
 
 from identify.chain import Chain
+from identify.evidence import Evidence
 from identify.explain.bench import Bench
 from identify.explain.corners import again, cornered, slid
 from identify.explain.hypothesis import Hypothesis
@@ -31,6 +32,7 @@ MOVED, SLID = 2, 6  # times corners are sought anew, and slid, at most
 MOVABLE = 100.0  # times the best sum of squares, up to which they are moved
 NEARLY = 0.995  # of the best promise, that first order may mistake
 MOSTLY = 0.5  # of what is left, that a line explains at least of a wave, and overtones of what that leaves
+NEXT, BESIDE = 0.97, 2  # of what one promises, and how many more of its place are looked at with more knots
 STRIDE, LAST = 3, 3  # iterations of a lap of the race, corrections that come to its end
 
 
@@ -64,10 +66,23 @@ def begun(bench: Bench, base: Hypothesis) -> Begun:
     evidence = bench.evidence(base)
     noise = unexplained(evidence, ranked)
     asked = contenders(ranked, noise)
-    smooth = [finer(evidence, s, noise) for s in asked]
-    worth = [*smooth, *cornered(evidence, ranked, noise)]
+    smooth = {s.correction: s for s in (finest(evidence, ranked, s, noise) for s in asked)}
+    worth = [*smooth.values(), *cornered(evidence, ranked, noise)]
     fitted = [(s.correction, fitted_from(bench, base, s)) for s in worth]
     return Begun(p_value, ranked, noise, asked, worth, fitted)
+
+
+def finest(evidence: Evidence, ranked: Sequence[Suspect], asked: Suspect, noise: float) -> Suspect:
+    """Return a suspect, or what promises next to as much at its place, with the knots the data ask for: the best.
+
+    With few knots another law than the right one may promise a little more.
+    """
+    if asked.correction.searched or is_fine(asked.correction):
+        return finer(evidence, asked, noise)
+    least = NEXT * asked.worth(noise)[0]
+    close = [s for s in ranked if s.correction.place is asked.correction.place and s.worth(noise)[0] > least]
+    beside = [s for s in close if s is not asked and not (s.correction.searched or is_fine(s.correction))]
+    return max((finer(evidence, s, noise) for s in [asked, *beside[:BESIDE]]), key=lambda s: s.worth(noise)[0])
 
 
 def gone_on(

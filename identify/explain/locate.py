@@ -13,7 +13,7 @@ from identify.explain.free_form import ITERATIONS, as_it_is, begun, ended, gone_
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.knowing import ruled_out
 from identify.explain.round import FORETOLD
-from identify.explain.suspect import LEVEL, Suspect, is_fine
+from identify.explain.suspect import LEVEL, Suspect, explainable, is_fine
 from identify.stage import Place
 from identify.unnamed.correction import Correction
 from identify.unnamed.hysteresis import Hysteresis, Relays
@@ -38,6 +38,7 @@ class Located:
 
     ``prices`` are what the weights of each cost, as logs of likelihoods; ``promised`` is the share of the misfit that
     the best correction of every place promises to first order, ``ruled_out`` are places at which it has not come in.
+    ``doubt`` is by how much chi-squared would fall again beside the best of them, where that was asked.
     """
 
     base: Hypothesis
@@ -46,6 +47,7 @@ class Located:
     prices: tuple[float, ...] = ()
     promised: Mapping[Place, float] = field(default_factory=dict)
     ruled_out: tuple[Place, ...] = ()
+    doubt: float = 0.0
 
     @property
     def significant(self) -> bool:
@@ -71,6 +73,7 @@ class Located:
         found: dict[Place, float] = {}
         for (correction, h), score, misfit in zip(self.fitted, worth, left, strict=True):
             odds = max(exp(max(TEMPER * (score - max(worth)), -700.0)), (min(left) / misfit) ** LAWLESS)
+            odds = max(odds, self._in_doubt(h))
             foretold = self.foretold(correction, h)
             of_g1 = correction.place is Place.G1 and isinstance(correction, LevelMap | BrokenMap | Hysteresis | Relays)
             odds *= DISGUISE if of_g1 or foretold else 1.0
@@ -81,6 +84,11 @@ class Located:
         found = {p: odds for p, odds in found.items() if p not in self.ruled_out} or found
         total = sum(found.values())
         return dict(sorted(((place, odds / total) for place, odds in found.items()), key=lambda item: -item[1]))
+
+    def _in_doubt(self, fitted: Hypothesis) -> float:
+        """Return the odds of a correction that explains less than the best: by no more than that leaves, it may be."""
+        behind = fitted.chi2 - min(h.chi2 for _, h in self.fitted)
+        return self.doubt / (self.doubt + behind) if self.doubt else 0.0
 
     def _as_good(self, fitted: Hypothesis) -> bool:
         """Return whether a correction is behind the best by no more than knots make of a law that is none of theirs."""
@@ -118,6 +126,17 @@ class Located:
         """Return the share of the misfit that the best correction at a place explains, to first order if not fitted."""
         shares = [h.share(self.base) for c, h in self.fitted if c.place == place]
         return max(shares, default=self.promised.get(place, 0.0))
+
+
+def doubted(bench: Bench, found: Located) -> Located:
+    """Return the same with how much corrections would find once more beside the best: the law itself leaves nothing.
+
+    A table as fine as the data takes all there is.
+    """
+    if not found.significant or is_fine(found.best):
+        return found
+    least = min((h for _, h in found.fitted), key=lambda h: h.chi2)
+    return _ordered(replace(found, doubt=explainable(bench.suspects(least))))
 
 
 def entered_at(correction: Correction) -> tuple[Place, ...]:

@@ -10,6 +10,7 @@ from identify.explain.explanation import Profile, Range
 from identify.observe import Observation
 from identify.stage import Place
 from identify.trace import Array
+from identify.unnamed.turned import SINCE_TURN, turn_age
 
 BINS = 24
 MOST = 0.95  # share of an effect's energy that the stretch reported must hold
@@ -17,6 +18,7 @@ SPECTRAL = ("frequency", "mains lines")
 FAINT = 0.2  # of its largest value: where a change below the noise everywhere counts as seen
 LEAST = 0.05  # share of the energy below which a side of a level axis is not mentioned
 UNITS = {"frequency": "Hz", "clock time": "s", "time in a run": "s", "time on a plateau": "s", "mains lines": "Hz"}
+UNITS |= {f"{SINCE_TURN} of {signal}": "s" for signal in "uvwxy"}
 UNITS |= {f"rate of {signal}": "V/s" for signal in "uvwxy"}
 
 
@@ -30,6 +32,8 @@ def coordinate(axis: str, chain: Chain, observation: Observation) -> Array:
     taps = signals(chain, trace)
     if axis == "time on a plateau":
         return age(still(chain, taps, trace)) / trace.rate_hz
+    if axis.startswith(SINCE_TURN):
+        return turn_age(trace.u[:] if axis.endswith("u") else tap(chain, taps, axis[-1])) / trace.rate_hz
     level = trace.u[:] if axis.endswith("u") else tap(chain, taps, axis[-1])
     return np.diff(level, prepend=level[:1]) * trace.rate_hz if axis.startswith("rate of") else level
 

@@ -10,7 +10,7 @@ from identify.stage import Block, Grid, Place, Run, Values
 from identify.trace import Array
 from identify.unnamed.correction import Correction
 from identify.unnamed.maps import RATES
-from identify.unnamed.what import Gain, Gap, Going
+from identify.unnamed.what import Gain, Gap, Going, Offset
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ def rate_of(grid: Grid) -> Run:
 
 
 @dataclass(frozen=True)
-class RateMap(OverRate):
+class RateMap(OverRate, Offset):
     """A law of how fast the signal moves, straight between knots."""
 
     form = "map of the rate"
@@ -48,10 +48,10 @@ class RateMap(OverRate):
     equation = "s' = s + c(ds/dt), c straight between the knots"
     places = (Place.G1, Place.F, Place.G2, Place.SENSE)
 
-    def summed(self, values: Values, grid: Grid) -> Run:
-        """Return the signal plus the correction at its rate of change."""
+    def course(self, weights: Values | Array, grid: Grid) -> Run:
+        """Return the table at the rate of change."""
         rate = rate_of(grid)
-        return lambda block: np.asarray(block.signal + np.interp(rate(block), self.knots, values))
+        return lambda block: np.interp(rate(block), self.knots, weights)
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class GainOverRate(OverSpeed, Gain):
     kind = "a gain that goes with the rate of change"
     equation = "s' = s (1 + c(abs(ds/dt))), c straight between the knots"
     weights = (("grow", "V/V"),)
-    places = (Place.F, Place.SENSE)
+    places = (Place.G1, Place.F, Place.SENSE)
 
 
 @dataclass(frozen=True)

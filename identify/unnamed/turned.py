@@ -12,6 +12,7 @@ from identify.trace import Array
 from identify.unnamed.maps import LEVELS
 from identify.unnamed.what import Gain, Gap, Going, Lead, Offset
 
+SINCE_TURN = "time since a turn"
 REST_V = 1e-9  # a level that moves less than this between two instants rests
 
 
@@ -36,16 +37,16 @@ class Remembered(Going):
         return lambda block: np.interp(told(block), self.knots, weights)
 
 
-def _turns() -> Callable[[Block], tuple[Array, Array]]:
-    """Return what tells, at every instant of a block, the latest turn in it, -1 before the first, and the signal.
+def _turns() -> Callable[[Array], tuple[Array, Array]]:
+    """Return what tells, at every instant of a stretch, the latest turn in it, -1 before the first, and the signal.
 
-    The signal is with the value before the block in front: at the index of a turn it stands where it turned.
+    The signal is with the value before the stretch in front: at the index of a turn it stands where it turned.
     """
     last, way = 0.0, 0.0
 
-    def run(block: Block) -> tuple[Array, Array]:
+    def run(stretch: Array) -> tuple[Array, Array]:
         nonlocal last, way
-        signal = np.concatenate(([last], block.signal))
+        signal = np.concatenate(([last], stretch))
         moves = np.diff(signal)
         ways = _kept(np.concatenate(([way], np.where(np.abs(moves) > REST_V, np.sign(moves), 0.0))))
         turns = ways[1:] * ways[:-1] < 0.0
@@ -53,6 +54,12 @@ def _turns() -> Callable[[Block], tuple[Array, Array]]:
         return np.maximum.accumulate(np.where(turns, np.arange(turns.size), -1)), signal
 
     return run
+
+
+def turn_age(signal: Array) -> Array:
+    """Return how many samples it is at each of a whole signal that it turned, or began."""
+    latest = _turns()(signal)[0]
+    return np.asarray(np.arange(latest.size) - np.maximum(latest, 0))
 
 
 def _kept(signs: Array) -> Array:
@@ -67,7 +74,7 @@ def _turning_point() -> Run:
 
     def run(block: Block) -> Array:
         nonlocal turned
-        latest, signal = turns(block)
+        latest, signal = turns(block.signal)
         at = np.where(latest >= 0, np.abs(signal[latest]), turned)
         turned = float(at[-1])
         return at
@@ -81,7 +88,7 @@ def _since_turn(grid: Grid) -> Run:
 
     def run(block: Block) -> Array:
         nonlocal before
-        latest, _ = turns(block)
+        latest, _ = turns(block.signal)
         at = np.arange(latest.size)
         steps = np.where(latest >= 0, at - latest, before + at)
         before = int(steps[-1]) + 1
@@ -119,7 +126,7 @@ class SinceTurn(Remembered):
     """What goes on since the signal turned."""
 
     knot_unit = "s"
-    axes = dict.fromkeys(Place, "time since a turn")
+    axes: ClassVar[Mapping[Place, str]] = {p: level.replace("level", SINCE_TURN) for p, level in LEVELS.items()}
 
     def remembered(self, grid: Grid) -> Run:
         """Return the time since it turned, s."""
