@@ -31,6 +31,7 @@ PART_OF_PERIOD = 0.7  # of a stimulus, up to which a loss is told from readings 
 NEIGHBOURS = 8  # readings that are off together
 STRETCHES = 40  # of a recording, over which sums show what hangs together
 SHIFTS = (-3, -2, -1, 1, 2, 3)  # samples by which the whole recording may lie off: a delay, not a loss
+PLAIN = 20  # samples: a loss of fewer is a delay from there on, and nothing else is
 DROP = 3.84  # of chi-squared at the ends of a 95 % interval
 
 
@@ -110,7 +111,8 @@ def loss_in(trace: Trace, answer: Array, noise_v: float, rough: bool = False) ->
     if gains[count - 1] < (CONVINCING + price) * scatter**2:
         return None
     others = use & ~even
-    proof = (_gains(y, answer, others, count)[first] - _as_delay(y, answer, others)) / scatter**2
+    late = max(_as_delay(y, answer, others, at) for at in ((0, first) if count > PLAIN else (0,)))
+    proof = (_gains(y, answer, others, count)[first] - late) / scatter**2
     if proof < CONVINCING or not _certain(y, answer, others, first, count, CONVINCING + price):
         return None
     if not (rough or _in_time(y, answer, use, first, count, scatter)):
@@ -125,15 +127,15 @@ def _shortest_period(trace: Trace) -> float:
     return float(min((period for period in periods if period), default=np.inf))
 
 
-def _as_delay(y: Array, answer: Array, use: Mask) -> float:
-    """Return by how much the sum of squares falls at most when the whole recording is moved in time, V^2.
+def _as_delay(y: Array, answer: Array, use: Mask, at: int) -> float:
+    """Return by how much the sum of squares falls at most when all from a sample on is moved in time, V^2.
 
     Moved by samples, or by any part of one: where a stimulus comes again after 692.3 samples, a loss of 692 looks like
     a delay of a third of a sample.
     """
-    slope = np.where(use, np.gradient(answer), 0.0)
-    by_part = float(slope @ (y - answer)) ** 2 / max(float(slope @ slope), 1e-300)
-    inside = slice(max(SHIFTS), y.size - max(SHIFTS))
+    slope = np.where(use, np.gradient(answer), 0.0)[at:]
+    by_part = float(slope @ (y - answer)[at:]) ** 2 / max(float(slope @ slope), 1e-300)
+    inside = slice(max(at, *SHIFTS), y.size - max(SHIFTS))
     here = np.square(y - answer)[inside]
     falls = [here - np.square(y - np.roll(answer, shift))[inside] for shift in SHIFTS]
     return max(by_part, *(float(np.sum(fall[use[inside]])) for fall in falls))
