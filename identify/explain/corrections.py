@@ -143,7 +143,7 @@ def _timed(evidence: Evidence, name: str) -> Iterator[Correction]:
         (runs, (OffsetSteps, GainSteps, GapSteps, LeadSteps)),
         (within, (OffsetInRun, GainInRun, GapInRun, LeadInRun)),
     )
-    for knots, laws in kinds:
+    for knots, laws in kinds if len(runs) > 1 else kinds[:1]:  # of one run, all is by the clock
         if Timed.least <= len(knots) <= RUNS:  # of F, what changes the gap: all else is as well at the reading
             pairs = ((law, place) for law in laws for place in law.places)
             yield from (law(p, knots, name) for law, p in pairs if p is not Place.F or issubclass(law, Gap))
@@ -159,7 +159,7 @@ def sharpened(evidence: Evidence, correction: Correction) -> list[Correction]:
     """
     anew = isinstance(correction, Timed) and correction.counted == "in a run"
     if anew or (correction.form == GainOverClock.form and correction.place is Place.SENSE):
-        more = [count for count in OFTENER if count > len(correction.knots)]
+        more = [count for count in (OFTENER[:1] if anew else OFTENER) if count > len(correction.knots)]
         return [replace(correction, knots=oftener(evidence, correction, count, anew)) for count in more]
     if correction.form in (AfterContact.form, AfterImpact.form):
         often = tuple(np.geomspace(correction.knots[0], correction.knots[-1], RINGS).tolist())

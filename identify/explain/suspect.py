@@ -27,7 +27,7 @@ HINT = 0.05  # the same of a hint that something is there
 FITTED = 4  # corrections that are fitted; the others are judged to first order
 CLOSE = 0.8  # share of the best log likelihood from which another place is fitted
 LARGE = 1000.0  # of chi-squared: a mismatch that leaves first order
-PART = 0.3  # of the best promise, from which anything is fitted for a few iterations
+PART = 0.15  # of the best promise, from which anything is fitted for a few iterations
 MOST = 64  # knots that are fitted
 RANK = 1e-9  # eigenvalues of the weights' information below this share of the largest are not told by the data
 

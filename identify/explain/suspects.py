@@ -12,9 +12,11 @@ from identify.explain.moments import wandering
 from identify.explain.narrow import narrow
 from identify.explain.sought import at_its_moment
 from identify.explain.suddenly import suddenly
-from identify.explain.suspect import LEVEL, PART, Suspect, suspect, unexplained
+from identify.explain.suspect import LEVEL, Suspect, suspect, unexplained
 from identify.stage import Place
 from identify.unnamed.linear import SlowFilter
+
+LIKELY = 0.3  # of the best promise, from which it is sought at which moment something came in
 
 
 def suspects(evidence: Evidence) -> list[Suspect]:
@@ -38,7 +40,7 @@ def _sudden(evidence: Evidence, found: Sequence[Suspect]) -> list[Suspect]:
     """
     promised = list(suddenly(evidence))
     most = max([s.gain for s in found] + [gain for _, gain in promised], default=0.0)
-    least = max(PART * most, 2.0 * log(evidence.residual.size / LEVEL))
+    least = max(LIKELY * most, 2.0 * log(evidence.residual.size / LEVEL))
     return [at_its_moment(evidence, law) for law, gain in promised if gain > least]
 
 
