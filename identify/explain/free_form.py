@@ -16,7 +16,7 @@ from identify.explain.bench import Bench
 from identify.explain.corners import again, cornered, slid
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.race import KEPT
-from identify.explain.sought import finer, of_one, one_again, retuned
+from identify.explain.sought import finer, of_one, one_again, retimed, retuned
 from identify.explain.steady import steady
 from identify.explain.suspect import LEVEL, Suspect, contenders, is_fine, overlooked, unexplained
 from identify.explain.wander import all_wanders
@@ -25,6 +25,7 @@ from identify.phases import turned_sines
 from identify.unnamed.correction import Correction
 from identify.unnamed.lines import Line, Wave
 from identify.unnamed.maps import BrokenMap
+from identify.unnamed.sudden import Sudden, SuddenDynamics
 
 ITERATIONS = 8  # a correction is nearly linear in its weights
 NEAR = 2.0  # times the best sum of squares, up to which a search cut short is ended
@@ -187,9 +188,11 @@ def slid_on(bench: Bench, base: Hypothesis, law: Correction, fitted: Hypothesis)
 def _slid(
     bench: Bench, base: Hypothesis, law: Correction, fitted: Hypothesis
 ) -> tuple[Correction, Mapping[str, float]] | None:
-    """Return a law with its corners or its one knot where the fit asks them to be; None where it asks for nothing."""
+    """Return a law with its corners, its one knot or its moment where the fit asks it to be; None where it does not."""
     if isinstance(law, BrokenMap):
         return slid(law, fitted.fit.chain.values)
+    if isinstance(law, Sudden | SuddenDynamics):
+        return retimed(bench.evidence(fitted), base.fit.chain, law)
     return retuned(bench.evidence(fitted), base.fit.chain, law) if law.searched or of_one(law) else None
 
 

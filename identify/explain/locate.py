@@ -27,6 +27,7 @@ DISGUISE = 0.25  # odds of what is less likely where it does the same: a law of 
 SAME = 1e-3  # of chi-squared, by which a hypothesis on finer grids may differ and be the same
 # linear; a table that a law of few numbers foretells; another place than that at which such laws mostly are
 ROUNDED = 5e-4  # of a misfit: by as much the right correction may be behind one elsewhere, as knots round either
+UNFINISHED = 2  # power of the share that the best leaves of what another is behind: odds where it leaves some
 TEMPER = 0.05  # of a log likelihood: corrections are families near the truth, not the truth
 EASILY = 3e4  # of chi-squared, that no laws explain which stand in for others, without leaving some of it
 BEHIND, NEARER = 1e3, 1.0  # of chi-squared, or times what is to be left, by which a first fit may be behind that
@@ -88,7 +89,7 @@ class Located:
     def _in_doubt(self, fitted: Hypothesis) -> float:
         """Return the odds of a correction that explains less than the best: by no more than that leaves, it may be."""
         behind = fitted.chi2 - min(h.chi2 for _, h in self.fitted)
-        return self.doubt / (self.doubt + behind) if self.doubt else 0.0
+        return (self.doubt / (self.doubt + behind)) ** UNFINISHED if self.doubt else 0.0
 
     def _as_good(self, fitted: Hypothesis) -> bool:
         """Return whether a correction is behind the best by no more than knots make of a law that is none of theirs."""

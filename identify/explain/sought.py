@@ -1,5 +1,6 @@
 """At which frequency, lag, level, rate or moment does a law explain most, and how many knots do the data ask for?"""
 
+from collections.abc import Callable
 from dataclasses import replace
 from math import exp, log
 
@@ -11,6 +12,7 @@ from identify.evidence import Evidence
 from identify.explain.corrections import sharpened
 from identify.explain.suddenly import WINDOW_S
 from identify.explain.suspect import Suspect, moved, suspect
+from identify.trace import Array
 from identify.unnamed.correction import Correction
 
 BESIDE, CLOSER, TUNED = 0.5, 0.4, 1e-3  # of what the longest run resolves: steps in which a frequency is moved
@@ -103,13 +105,35 @@ def one_again(evidence: Evidence, law: Correction) -> Suspect:
 
 def at_its_moment(evidence: Evidence, law: Correction) -> Suspect:
     """Return a law that comes in at a moment, its last knot, with that to the sample; its price is in its looks."""
-    evidence, reach, found = evidence.fine, WINDOW_S, suspect(evidence, law)
+    evidence = evidence.fine
+    best = _at_best(evidence, law, lambda one: suspect(evidence, one).gain)
+    return replace(suspect(evidence, best), looks=log(sum(o.trace.size for o in evidence.observations)))
+
+
+def retimed(evidence: Evidence, base: Chain, law: Correction) -> tuple[Correction, dict[str, float]] | None:
+    """Return a fitted law that comes in at a moment at a better one, and all values there; None where there is none.
+
+    ``evidence`` is of the fit with the law in ``base``: far above the noise another moment is best where it is absent.
+    """
+    evidence = evidence.seen_by(law)
+
+    def change(one: Correction) -> Array:
+        return evidence.change(one.put_in(base, evidence.chain.values))
+
+    best = _at_best(evidence, law, lambda one: evidence.gained(change(one)))
+    if evidence.gained(change(best)) < 1.0:
+        return None
+    return best, moved(evidence, evidence.slopes @ change(best))
+
+
+def _at_best(evidence: Evidence, law: Correction, gain: Callable[[Correction], float]) -> Correction:
+    """Return a law at the moment of most gain around its own, to the sample."""
+    reach, best = WINDOW_S, (gain(law), law)
     while reach > evidence.sample_s:
-        at = found.correction.knots[-1]
-        sides = (_from(found.correction, at + float(part) * reach) for part in MOMENTS)
-        found = max([found, *(suspect(evidence, one) for one in sides if one is not None)], key=lambda s: s.gain)
-        reach *= SHARPER
-    return replace(found, looks=log(sum(o.trace.size for o in evidence.observations)))
+        sides = (_from(best[1], best[1].knots[-1] + float(part) * reach) for part in MOMENTS if part)
+        tried = [(gain(one), one) for one in sides if one is not None]
+        best, reach = max([best, *tried], key=lambda pair: pair[0]), SHARPER * reach
+    return best[1]
 
 
 def _from(law: Correction, moment_s: float) -> Correction | None:

@@ -10,7 +10,7 @@ from identify.effects import chain_of
 from identify.explain.bench import Bench
 from identify.explain.corners import again, slid
 from identify.explain.free_form import slid_on
-from identify.explain.locate import DISGUISE, Located, located
+from identify.explain.locate import DISGUISE, LIKELY, Located, located
 from identify.explain.prove import proven
 from identify.explain.shape import shape_of
 from identify.stage import Place
@@ -146,5 +146,6 @@ def test_a_contact_that_opens_now_and_then_is_told_as_moments_at_f(rate):
     told = found(there)
     assert told.significant
     assert (told.best.place, told.best.form) == (Place.F, Moments.form)
-    assert list(told.places) == [Place.F, Place.G1, Place.SOURCE]  # what opens in front of F leaves w as it is, too
+    likely = [place for place, odds in told.places.items() if odds > LIKELY]
+    assert likely == [Place.F, Place.G1, Place.SOURCE]  # what opens in front of F leaves w as it is, too
     assert told.places[Place.F] > 0.6

@@ -12,14 +12,16 @@ import pytest
 from identify.effects import chain_of
 from identify.explain.bench import Bench
 from identify.explain.entered import entered
-from identify.explain.locate import LIKELY, Located, entered_at, located
+from identify.explain.locate import LIKELY, Located, doubted, entered_at, located
 from identify.explain.sought import one_again
+from identify.explain.suspects import suspects
 from identify.stage import Place
 from identify.unnamed.contact import Giving, Kicking
 from identify.unnamed.hysteresis import Hysteresis
 from identify.unnamed.linear import Filter
 from identify.unnamed.past import GapAfterLoad, GapAfterUse, Swiftness
 from identify.unnamed.rates import GainOverRate, RateMap
+from identify.unnamed.sudden import Sudden
 from identify.unnamed.timed import GainOverClock, GainSteps, GapOverClock, OffsetInRun, OffsetOverClock, Timed
 from identify.unnamed.what import Offset
 from tests.proof.cases import Concealed
@@ -60,9 +62,18 @@ PLANTED = {  # law -> its values, the stage, the forms that may tell it, the lea
     "tired_source": ({"k": 0.05}, Place.SOURCE, {"gain after use"}, 0.9),
     "sagging_supply": ({"k": 4e-3, "tau": 0.05}, Place.SENSE, {"gain after use"}, 0.9),
 }  # fmt: skip
+AROUND = {"top": 6.0, "speed": 100.0, "u": 3.0, "tau": 0.01, "span": 50.0, "moment": 3.03}
+PLANTED |= {  # put together by chance (tests/proof/composed.py)
+    "gap by history, straight": ({**AROUND, "k": 0.3}, Place.F, {"gap after level", "gap after motion"}, 0.9),
+    "gain of v by speed, beyond": ({**AROUND, "k": 0.3}, Place.G1, {"gain over the rate"}, 0.9),
+    "gain of v by peak, square": ({**AROUND, "k": 0.2}, Place.G1, {"gain after the farthest"}, 0.9),
+    "gain of u by moment, straight": ({**AROUND, "k": 0.1}, Place.SOURCE, {"sudden gain"}, 0.9),
+    "gain of y by run, straight": ({**AROUND, "tau": 0.05, "k": 0.05}, Place.SENSE, {"gain within a run"}, 0.9),
+}
 LASTING = {  # told by more than a walk and a wave: by what another wave, or the same walk 40 s later, has another of
     "drifting_pole in G1", "drifting_pole in G2", "touched_part in G1", "touched_part in G2", "worked_gain",
     "stirred_gap", "late_converter", "hurried_reading", "rippling_gain", "sawtooth",
+    *(law for law in PLANTED if " by " in law),
 }  # fmt: skip
 
 
@@ -98,7 +109,7 @@ def test_a_law_that_nobody_listed_is_located_on_what_it_goes_with(law: str) -> N
     assert told.places[place] > 0.3
 
 
-def test_one_lag_is_sought_again_beside_the_plain_values_that_the_law_leaves() -> None:
+def test_one_lag_is_one_again_beside_the_plain_values_that_the_law_leaves() -> None:
     """These stand in for a contact that gives way, and first order does not lead back from there."""
     told = planted("giving_contact")
     law, fitted = next((law, fitted) for law, fitted in told.fitted if isinstance(law, Giving))
@@ -186,3 +197,32 @@ def test_what_knots_round_off_a_large_mismatch_excludes_no_other_place(behind: f
     places = Located(base, pair, 0.0, (0.0, 0.0)).places
     assert next(iter(places)) is told.best.place
     assert (places[Place.G2] > LIKELY) is listed
+
+
+def test_the_moment_at_which_something_came_in_is_known_to_the_sample() -> None:
+    """In the middle of a sine: at the source it is behind G1 a little later, and so told from the same at v."""
+    told = planted("gain of u by moment, straight")
+    assert told.best.knots[-1] == pytest.approx(3.03, abs=1.5e-4)
+    assert told.places[Place.SOURCE] > 5.0 * told.places[Place.G1] > 0.0
+
+
+def test_a_moment_is_sought_only_where_more_than_chance_would_be_there() -> None:
+    there = bench_of(WALK, WAVE, physics=Concealed("gain of v by moment, straight", {**AROUND, "k": 0.0}))
+    assert not [s for s in suspects(there.evidence(there.fitted(there.plain, ()))) if isinstance(s.correction, Sudden)]
+
+
+def test_a_law_that_leaves_something_may_be_one_of_another_stage_by_as_much() -> None:
+    told = planted("gain of v by peak, square")
+    there = bench_of(WALK, WAVE, SMALL, AGAIN, physics=Concealed("gain of v by peak, square", PLANTED[
+        "gain of v by peak, square"][0]))  # fmt: skip
+    assert doubted(there, told).doubt < 1e-3 * (told.base.chi2 - told.fitted[0][1].chi2)  # the law leaves nothing
+    assert doubted(there, told).alternatives() == told.alternatives()
+    (_, best), (other, second) = told.fitted[0], next(pair for pair in told.fitted if pair[0].place is Place.F)
+    behind = second.chi2 - best.chi2
+    assert told.places[Place.F] < LIKELY < replace(told, doubt=3.0 * behind).places[Place.F]
+    assert other.place in replace(told, doubt=3.0 * behind).alternatives()
+    no_law = found(WALK, WAVE, SMALL, AGAIN, physics=Concealed("lag of x by load, straight", {
+        **AROUND, "top": 18.0, "tau": 0.05, "pole": 2e-3, "k": 0.5}))  # fmt: skip
+    there = bench_of(WALK, WAVE, SMALL, AGAIN, physics=Concealed("lag of x by load, straight", {
+        **AROUND, "top": 18.0, "tau": 0.05, "pole": 2e-3, "k": 0.5}))  # fmt: skip
+    assert doubted(there, no_law).doubt > 100.0
