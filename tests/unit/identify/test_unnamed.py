@@ -21,10 +21,13 @@ from identify.unnamed.past import (
     GainAfterMotion,
     GapAfterMotion,
     GapAfterUse,
+    LeadAfterLevel,
     OffsetAfterMotion,
     OffsetAfterUse,
 )
 from identify.unnamed.stored import KINDS, correction_of
+from identify.unnamed.sudden import SuddenDynamics, SuddenGain
+from identify.unnamed.turned import GainAfterFarthest, GapAfterTurn, OffsetSinceTurn
 from rig.rigfile import model_to_dict, model_to_yaml, parse_rig
 from tests.proof.rigs import OP_AMP
 from tests.proof.stimuli import FIG13_LEVELS_V, staircase
@@ -125,6 +128,41 @@ def test_an_offset_and_a_gap_follow_how_a_signal_stood_and_moved() -> None:
     for gap, signal, load in ((GapAfterUse, moved, -moved[-101]), (GapAfterMotion, moved, 0.03)):
         out = gap(Place.F, (0.01,)).played((2.0, 0.1, 2.0, -0.1), (0.0, 0.05), grid)(Block(signal, signal, 0, grid))
         assert out[-1] == pytest.approx(2.0 * (signal[-1] + 0.1 + 0.05 * load), rel=1e-4)
+
+
+def test_what_is_remembered_is_where_and_when_a_signal_turned_and_how_far_it_went() -> None:
+    """Up to 2 V in 0.2 s, down to -1 V, and up again."""
+    grid, at = Grid("run", 1e-3, 1, 0.0, 0.0), np.arange(800) * 1e-3
+    signal = np.interp(at, [0.0, 0.2, 0.5, 0.8], [0.0, 2.0, -1.0, 2.0])
+    block, volts, seconds = Block(signal, signal, 0, grid), (0.0, 1.0, 2.0), (0.0, 0.1, 0.2, 0.3)
+    grown = GainAfterFarthest(Place.SENSE, volts).summed((0.0, 0.1, 0.3), grid)(block) / np.where(signal, signal, 1.0)
+    assert grown[[100, 350, 700]] == pytest.approx([1.1, 1.3, 1.3], abs=1e-9)  # at 1 V; and 2 V were there before
+    since = OffsetSinceTurn(Place.SENSE, seconds).summed((0.0, 0.1, 0.2, 0.3), grid)(block) - signal
+    assert since[[100, 250, 400, 600]] == pytest.approx([0.1, 0.05, 0.2, 0.1], abs=2e-3)
+    borders = (1.0, 0.0, 1.0, 0.0)  # without a gap both borders are v
+    wide = GapAfterTurn(Place.F, volts).played(borders, (0.0, 0.2, 0.0, 0.0, 0.0, 0.0), grid)(block)
+    assert wide[700] == pytest.approx(signal[700] - 0.2)  # it turned at -1 V: the rising border is 0.2 V further out
+
+
+def test_dynamics_follow_how_a_signal_stood() -> None:
+    """On a ramp of 2 V/s that has long been beyond 1 V: sooner by 1 ms a volt, which is 2 mV a volt."""
+    grid, at = Grid("run", 1e-4, 1, 0.0, 0.0), np.arange(6000) * 1e-4
+    signal = 2.0 * at
+    for weight in (1e-3, -1e-3):
+        out = LeadAfterLevel(Place.G2, (1e-3,)).summed((weight,), grid)(Block(signal, signal, 0, grid))
+        assert (out - signal)[-1] == pytest.approx(2.0 * weight * (signal[-1] - 2e-3), rel=1e-3)
+
+
+def test_what_comes_in_at_a_moment_is_all_there_from_it_on() -> None:
+    """A gain, and dynamics whose states have been running all along."""
+    grid, at = Grid("run", 1e-3, 1, 5.0, 0.0), 5.0 + np.arange(400) * 1e-3
+    signal = np.sin(40.0 * at)
+    block = Block(signal, signal, 0, grid)
+    out = SuddenGain(Place.G1, (5.1,)).summed((0.5,), grid)(block)
+    assert np.array_equal(out, np.where(at >= 5.1, 1.5, 1.0) * signal)
+    dynamics, early = (SuddenDynamics(Place.G2, (0.01, moment)).summed((0.3,), grid)(block) for moment in (5.1, 4.0))
+    assert np.array_equal(dynamics, np.where(at >= 5.1, early, signal))
+    assert np.abs(early - signal).max() > 0.01
 
 
 def test_a_curve_goes_through_its_knots_and_on_straight() -> None:

@@ -236,6 +236,20 @@ def test_a_delay_by_a_part_of_a_sample_is_no_loss_of_nine_periods(rough):
     assert rough or loss_in(lost, answer, 0.01) is not None
 
 
+def test_a_delay_that_comes_in_midway_is_no_loss_of_many_periods():
+    """A part that warms: from the sample 7000 on a third of a sample later, as if 692 were lost there."""
+    at = np.arange(16000)
+    rng, turn = np.random.default_rng(2), 2.0 * np.pi / (1000.0 / 13.0)
+    answer, late = np.sin(turn * at), np.sin(turn * (at - 0.3 * (at > 7000)))
+    sine = Trace("fast", 1e4, answer, late + rng.normal(0.0, 0.01, at.size))
+    assert loss_in(sine, answer, 0.01, rough=True) is None
+    chirp = np.sin(turn * at * (1.0 + at / 16000.0))  # comes again nowhere: there a loss of as many is one
+    lost = np.concatenate((chirp[:7000], chirp[7692:], np.full(692, chirp[-1]))) + rng.normal(0.0, 0.01, at.size)
+    found = loss_in(Trace("chirp", 1e4, chirp, lost), chirp, 0.01, rough=True)
+    assert found is not None
+    assert found.count == 692
+
+
 def test_what_a_coarse_adc_leaves_is_no_loss():
     """A few readings are off there, each by a whole step: moved by whole periods of the sine, fewer are."""
     case = drawn(Key(61, "single", "adc_quantisation", 1), known_effects())
