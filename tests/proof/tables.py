@@ -1,6 +1,5 @@
 """How is the proof told: a short table beside what was asked for, a long one for every effect, and all that failed."""
 
-import re
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
@@ -215,8 +214,8 @@ def composed_table(outcomes: Sequence[Outcome]) -> str:
 
 def _words(outcome: Outcome) -> tuple[str, ...]:
     """Return what a law put together by chance changes, by what, and how."""
-    what, by, how = re.split(" by |, ", outcome.ids[0])
-    return what, by, how
+    what, _, rest = outcome.ids[0].partition(" by ")
+    return what, *rest.split(", ")
 
 
 def confusion_table(outcomes: Sequence[Outcome]) -> str:
