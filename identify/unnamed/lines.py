@@ -56,8 +56,8 @@ class Line(OneLine):
 
     @property
     def same_at(self) -> tuple[Place, ...]:
-        """Return its place; what u has, v has: of every run G1 leaves amplitude and phase free."""
-        return (Place.G1, Place.SOURCE) if self.place is Place.G1 else super().same_at
+        """Return its place; what u has, v has, as amplitude and phase are free, and added to v it moves both borders."""
+        return (Place.G1, Place.SOURCE, Place.F) if self.place is Place.G1 else super().same_at
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal plus the line."""

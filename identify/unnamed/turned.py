@@ -203,7 +203,7 @@ class GainSinceTurn(SinceTurn, Gain):
     kind = "a gain that goes on changing after every turn"
     equation = "s' = s (1 + c(t)), t since s turned last, c straight between the knots"
     weights = (("grow", "V/V"),)
-    places = (Place.G1, Place.F, Place.SENSE)
+    places = GainAfterFarthest.places
 
 
 @dataclass(frozen=True)

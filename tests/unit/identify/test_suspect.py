@@ -83,7 +83,7 @@ def test_what_promises_a_part_is_fitted_too_where_the_mismatch_leaves_first_orde
     gain: float, fitted: list[Place]
 ) -> None:
     """Of all that were not: no second of those that were, none that promises little, none too fine to fit."""
-    shares = {Place.F: 1.0, Place.G1: 0.4, Place.G2: 0.2}
+    shares = {Place.F: 1.0, Place.G1: 0.2, Place.G2: 0.1}
     ranked = [promising(place, share * gain) for place, share in shares.items()]
     ranked.insert(1, promising(Place.SENSE, 0.9 * gain, 2 * MOST))
     assert [s.correction.place for s in overlooked(ranked, contenders(ranked[:1], 1.0))] == fitted
