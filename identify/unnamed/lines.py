@@ -56,7 +56,7 @@ class Line(OneLine):
 
     @property
     def same_at(self) -> tuple[Place, ...]:
-        """Return its place; what u has, v has, as amplitude and phase are free, and added to v it moves both borders."""
+        """Return its place; what u has, v has (amplitude and phase are free), and added to v it moves both borders."""
         return (Place.G1, Place.SOURCE, Place.F) if self.place is Place.G1 else super().same_at
 
     def summed(self, values: Values, grid: Grid) -> Run:
