@@ -19,7 +19,7 @@ BESIDE, CLOSER, TUNED = 0.5, 0.4, 1e-3  # of what the longest run resolves: step
 AROUND = (0.2, 0.5, 1.0, 2.0, 5.0)  # times a knot: where it is sought once more
 STRETCHED = 0.3  # of a knot, by which it is moved at once
 KNOT = 3e-3  # of a lag, a threshold or a rate: how well one is sought
-MOMENTS = np.linspace(-1.0, 1.0, 9)  # of a window, where a moment is sought
+FAR, MOMENTS = 2.0, np.linspace(-1.0, 1.0, 9)  # windows, and of these, where a moment is sought
 SHARPER = 0.25  # of that, by which it is sought the next time
 
 
@@ -128,7 +128,7 @@ def retimed(evidence: Evidence, base: Chain, law: Correction) -> tuple[Correctio
 
 def _at_best(evidence: Evidence, law: Correction, gain: Callable[[Correction], float]) -> Correction:
     """Return a law at the moment of most gain around its own, to the sample."""
-    reach, best = WINDOW_S, (gain(law), law)
+    reach, best = FAR * WINDOW_S, (gain(law), law)
     while reach > evidence.sample_s:
         sides = (_from(best[1], best[1].knots[-1] + float(part) * reach) for part in MOMENTS if part)
         tried = [(gain(one), one) for one in sides if one is not None]

@@ -19,6 +19,7 @@ from identify.unnamed.sudden import SUDDEN, SuddenDynamics
 
 Indices = NDArray[np.intp]
 WINDOW_S = 0.05
+ENDS = 0.05  # of all readings, that are before a moment at least, and after it
 LAGS = 3  # time constants of dynamics that change
 SEEN = 1e-9  # eigenvalues below this share of the largest are not told by the data
 
@@ -26,14 +27,16 @@ SEEN = 1e-9  # eigenvalues below this share of the largest are not told by the d
 def suddenly(evidence: Evidence) -> Iterator[tuple[Correction, float]]:
     """Yield laws that come in at the moment at which windows say they explain most, and what that promises there.
 
-    In units of chi-squared. Nothing where no run has two windows.
+    In units of chi-squared. Nothing where too little is before every moment, or after it: what was there from the
+    beginning is another thing.
     """
     clock_s, order, starts = _windows(evidence)
-    if clock_s.size < 2:
-        return
+    seen = starts / max(order.size, 1)
+    midway = (seen > ENDS) & (seen < 1.0 - ENDS)
     for law in _laws(evidence):
-        if law.applicable(evidence.chain):
-            gains = _gains(evidence, law, order, starts)
+        later = midway & (clock_s > law.knots[-1])
+        if later.any() and law.applicable(evidence.chain):
+            gains = np.where(later, _gains(evidence, law, order, starts), 0.0)
             best = int(np.argmax(gains))
             yield replace(law, knots=(*law.knots[:-1], float(clock_s[best]))), float(gains[best])
 
@@ -53,7 +56,7 @@ def _windows(evidence: Evidence) -> tuple[Array, Indices, Indices]:
     every = np.concatenate(clock)
     order = np.argsort(every, kind="stable")
     number = np.floor(every[order] / WINDOW_S)
-    starts = np.flatnonzero(np.diff(number, prepend=-1.0))
+    starts = np.flatnonzero(np.diff(number, prepend=-np.inf))
     return every[order][starts], order, starts.astype(np.intp)
 
 
@@ -69,7 +72,8 @@ def _gains(evidence: Evidence, law: Correction, order: Indices, starts: Indices)
         return np.cumsum(np.add.reduceat(each, starts, axis=-1)[..., ::-1], axis=-1)[..., ::-1]
 
     square = np.array([later(rows * row) for row in rows])
-    along, mimic = later(rows * evidence.residual[order]), np.array([later(rows * s[order]) for s in evidence.slopes])
+    along = later(rows * evidence.residual[order])
+    mimic = np.array([later(rows * slope[order]) for slope in evidence.slopes]).reshape(-1, *along.shape)
     parts = [Products(square[..., i], along[..., i], mimic[..., i]) for i in range(starts.size)]
     return np.array([_gain(*evidence.less_plain(part)) for part in parts])
 

@@ -14,6 +14,7 @@ from identify.explain.bench import Bench
 from identify.explain.entered import entered
 from identify.explain.locate import LIKELY, Located, doubted, entered_at, located
 from identify.explain.sought import one_again
+from identify.explain.suddenly import WINDOW_S, suddenly
 from identify.explain.suspects import suspects
 from identify.stage import Place
 from identify.unnamed.contact import Giving, Kicking
@@ -209,6 +210,20 @@ def test_the_moment_at_which_something_came_in_is_known_to_the_sample() -> None:
 def test_a_moment_is_sought_only_where_more_than_chance_would_be_there() -> None:
     there = bench_of(WALK, WAVE, physics=Concealed("gain of v by moment, straight", {**AROUND, "k": 0.0}))
     assert not [s for s in suspects(there.evidence(there.fitted(there.plain, ()))) if isinstance(s.correction, Sudden)]
+
+
+def test_a_moment_is_found_where_no_plain_value_is_free_and_not_at_the_beginning() -> None:
+    """What is there from the beginning, as a pole is, did not come in."""
+    names = tuple(p.name for p in chain_of(model_of(OP_AMP)).parameters())
+    physics = Concealed("gain of v by moment, straight", {**AROUND, "k": 0.05})
+    there = replace(bench_of(WALK, WAVE, SMALL, AGAIN, physics=physics), fixed=names)
+    best = max(suddenly(there.evidence(there.fitted(there.plain, ())).fine), key=lambda pair: pair[1])[0]
+    assert (best.form, best.place) == ("sudden gain", Place.G1)
+    assert best.knots[-1] == pytest.approx(3.03, abs=2.0 * WINDOW_S)  # then sought as far
+    always = bench_of(WALK, WAVE, SMALL, AGAIN, physics=Concealed("extra_pole in G1", {"tau": 2e-3}))
+    found = [law for law, _ in suddenly(always.evidence(always.fitted(always.plain, ())).fine)]
+    assert {law.place for law in found} == set(Place)
+    assert min(law.knots[-1] for law in found) > 0.05 * sum(o.trace.size for o in always.observations) * 1e-4
 
 
 def test_a_law_that_leaves_something_may_be_one_of_another_stage_by_as_much() -> None:
