@@ -33,6 +33,7 @@ MOVED, SLID = 2, 6  # times corners are sought anew, and slid, at most
 MOVABLE = 100.0  # times the best sum of squares, up to which they are moved
 NEARLY = 0.995  # of the best promise, that first order may mistake
 MOSTLY = 0.5  # of what is left, that a line explains at least of a wave, and overtones of what that leaves
+SHARPENED = 0.3  # of the best promise, from which what was not fitted first has the knots the data ask for
 NEXT, BESIDE = 0.97, 2  # of what one promises, and how many more of its place are looked at with more knots
 STRIDE, LAST = 3, 3  # iterations of a lap of the race, corrections that come to its end
 
@@ -67,7 +68,11 @@ def begun(bench: Bench, base: Hypothesis) -> Begun:
     evidence = bench.evidence(base)
     noise = unexplained(evidence, ranked)
     asked = contenders(ranked, noise)
-    smooth = {s.correction: s for s in (finest(evidence, ranked, s, noise) for s in asked)}
+    plainer = {s.correction.plainly for s in asked}  # what they may be disguises of stays what it is
+    sharp = [
+        finer(evidence, s, noise) if s.correction.form in plainer else finest(evidence, ranked, s, noise) for s in asked
+    ]
+    smooth = {s.correction: s for s in sharp}
     worth = [*smooth.values(), *cornered(evidence, ranked, noise)]
     fitted = [(s.correction, fitted_from(bench, base, s)) for s in worth]
     return Begun(p_value, ranked, noise, asked, worth, fitted)
@@ -115,7 +120,8 @@ def untried(bench: Bench, base: Hypothesis, first: Begun, least: Hypothesis) -> 
     enough = least.misfit <= base.noise_known and base.chi2 - least.chi2 >= KEPT * most
     if enough:
         left = [s for s in left if s.correction.form in fine or s.correction.single]
-    sharp = [s if s.correction.searched else finer(evidence, s, first.noise) for s in left]
+    plain = [s.correction.searched or s.gain < SHARPENED * most for s in left]
+    sharp = [s if kept else finer(evidence, s, first.noise) for s, kept in zip(left, plain, strict=True)]
     return [s for s in sharp if s.correction.form in fine or s.gain > NEARLY * most] if enough else sharp
 
 

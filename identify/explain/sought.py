@@ -21,6 +21,7 @@ STRETCHED = 0.3  # of a knot, by which it is moved at once
 KNOT = 3e-3  # of a lag, a threshold or a rate: how well one is sought
 FAR, MOMENTS = 2.0, np.linspace(-1.0, 1.0, 9)  # windows, and of these, where a moment is sought
 SHARPER = 0.25  # of that, by which it is sought the next time
+ROUGHLY = 50.0  # samples, to which it is sought before all values are fitted
 
 
 def finer(evidence: Evidence, found: Suspect, noise: float) -> Suspect:
@@ -104,9 +105,9 @@ def one_again(evidence: Evidence, law: Correction) -> Suspect:
 
 
 def at_its_moment(evidence: Evidence, law: Correction) -> Suspect:
-    """Return a law that comes in at a moment, its last knot, with that to the sample; its price is in its looks."""
+    """Return a law that comes in at a moment, its last knot, with that to some samples; its price is in its looks."""
     evidence = evidence.fine
-    best = _at_best(evidence, law, lambda one: suspect(evidence, one).gain)
+    best = _at_best(evidence, law, lambda one: suspect(evidence, one).gain, ROUGHLY)
     return replace(suspect(evidence, best), looks=log(sum(o.trace.size for o in evidence.observations)))
 
 
@@ -120,16 +121,18 @@ def retimed(evidence: Evidence, base: Chain, law: Correction) -> tuple[Correctio
     def change(one: Correction) -> Array:
         return evidence.change(one.put_in(base, evidence.chain.values))
 
-    best = _at_best(evidence, law, lambda one: evidence.gained(change(one)))
+    best = _at_best(evidence, law, lambda one: evidence.gained(change(one)), 1.0)
     if evidence.gained(change(best)) < 1.0:
         return None
     return best, moved(evidence, evidence.slopes @ change(best))
 
 
-def _at_best(evidence: Evidence, law: Correction, gain: Callable[[Correction], float]) -> Correction:
-    """Return a law at the moment of most gain around its own, to the sample."""
+def _at_best(
+    evidence: Evidence, law: Correction, gain: Callable[[Correction], float], samples: float
+) -> Correction:
+    """Return a law at the moment of most gain around its own, to so many samples."""
     reach, best = FAR * WINDOW_S, (gain(law), law)
-    while reach > evidence.sample_s:
+    while reach > samples * evidence.sample_s:
         sides = (_from(best[1], best[1].knots[-1] + float(part) * reach) for part in MOMENTS if part)
         tried = [(gain(one), one) for one in sides if one is not None]
         best, reach = max([best, *tried], key=lambda pair: pair[0]), SHARPER * reach

@@ -16,7 +16,7 @@ from identify.explain.suspect import LEVEL, Suspect, suspect, unexplained
 from identify.stage import Place
 from identify.unnamed.linear import SlowFilter
 
-LIKELY = 0.3  # of the best promise, from which it is sought at which moment something came in
+LIKELY = 0.5  # of the best promise, from which it is sought at which moment something came in
 
 
 def suspects(evidence: Evidence) -> list[Suspect]:
