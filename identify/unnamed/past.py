@@ -1,7 +1,6 @@
 """Which laws follow the recent past of a signal: its load, its use, its level or its motion, each felt later?"""
 
 from abc import abstractmethod
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -25,13 +24,8 @@ class Past(Going):
     curved = False
     single = True
     least = 1
-    axes: ClassVar[Mapping[Place, str]] = LEVELS
+    axes = LEVELS
     travelled: ClassVar[bool] = False  # whether a rate is felt: the way of the recent past is, a weight times the lag
-
-    @property
-    def axis(self) -> str:
-        """Return the coordinate: of what changes the gap it is v whose past is felt."""
-        return self.axes[self.followed(self.place)]
 
     @abstractmethod
     def felt(self, grid: Grid) -> Run:

@@ -22,11 +22,6 @@ class Remembered(Going):
 
     axes: ClassVar[Mapping[Place, str]] = LEVELS
 
-    @property
-    def axis(self) -> str:
-        """Return the coordinate."""
-        return self.axes[self.followed(self.place)]
-
     @abstractmethod
     def remembered(self, grid: Grid) -> Run:
         """Return what of a running signal is remembered."""

@@ -1,11 +1,13 @@
 """What may a law of free form change: the zero of a signal, its gain, how soon it comes, or the gap?
 
 By what it changes that is another question: a law is one of these and of what it goes with, whose ``course`` it follows
-(identify/unnamed/past.py, turned.py, timed.py). ``u`` is the unit of what a course is weighed by, 1 where it has none.
+(identify/unnamed/past.py, turned.py, timed.py, sudden.py, rates.py).
 """
 
 from abc import abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -14,12 +16,19 @@ from identify.stage import Block, Grid, Place, Run, Values
 from identify.trace import Array
 from identify.unnamed.correction import Correction, PlayCorrection
 
-PAST = 400  # steps of the grid that a signal may come later at most
+PAST, PAST_S = 400, 0.04  # steps of the grid, or s where these are more, that a signal may come later at most
 
 
 @dataclass(frozen=True)
 class Going(Correction):
-    """A law that goes with something."""
+    """A law that goes with something, of a signal mostly: ``axes`` are what that is called at every place."""
+
+    axes: ClassVar[Mapping[Place, str]]
+
+    @property
+    def axis(self) -> str:
+        """Return the coordinate."""
+        return self.axes[self.followed(self.place)]
 
     @classmethod
     def followed(cls, place: Place) -> Place:
@@ -83,17 +92,18 @@ class Gap(Going, PlayCorrection):
 
 
 def led(lead_s: Run, grid: Grid) -> Run:
-    """Return what a signal was or, going on straight, will be: ``lead_s`` later, s; at most ``PAST`` steps before."""
+    """Return what a signal was or, going on straight, will be: ``lead_s`` later, s, as far as the past is kept."""
+    past = max(PAST, round(PAST_S / grid.step_s))
     before: Array | None = None
 
     def run(block: Block) -> Array:
         nonlocal before
-        before = np.full(PAST, block.signal[0]) if before is None else before
+        before = np.full(past, block.signal[0]) if before is None else before
         known = np.concatenate([before, block.signal])
-        before = known[-PAST:]
+        before = known[-past:]
         steps = lead_s(block) / grid.step_s
-        here = np.arange(PAST, known.size)
-        rate = known[PAST:] - known[PAST - 1 : -1]
+        here = np.arange(past, known.size)
+        rate = known[past:] - known[past - 1 : -1]
         was = np.interp(here + np.minimum(steps, 0.0), np.arange(known.size), known)
         return np.asarray(was + np.maximum(steps, 0.0) * rate)
 

@@ -153,6 +153,16 @@ def test_dynamics_follow_how_a_signal_stood() -> None:
         assert (out - signal)[-1] == pytest.approx(2.0 * weight * (signal[-1] - 2e-3), rel=1e-3)
 
 
+def test_a_delay_is_as_long_on_a_fine_grid() -> None:
+    """10 ms are a thousand steps of 10 us, more than a piece has; on a ramp of 2 V/s they are 20 mV."""
+    signal = 2.0 * np.arange(6000) * 1e-5
+    grid = Grid("run", 1e-5, 1, 0.0, 0.0)
+    run = LeadAfterLevel(Place.G2, (1e-6,)).summed((-0.1,), grid)
+    pieces = [Block(signal[at : at + 200], signal[at : at + 200], at, grid) for at in range(0, 6000, 200)]
+    out = np.concatenate([run(piece) for piece in pieces])
+    assert (out - signal)[5000] == pytest.approx(-2.0 * 0.1 * signal[5000], rel=1e-3)
+
+
 def test_what_comes_in_at_a_moment_is_all_there_from_it_on() -> None:
     """A gain, and dynamics whose states have been running all along."""
     grid, at = Grid("run", 1e-3, 1, 5.0, 0.0), 5.0 + np.arange(400) * 1e-3
