@@ -10,9 +10,11 @@ counted in whole answers and in long tests, which makes them take up to twice as
 import os
 import shutil
 import signal
+import sys
 import tempfile
+import threading
 from collections.abc import Generator, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, nullcontext, suppress
 from typing import TYPE_CHECKING
 
 import pytest
@@ -33,10 +35,13 @@ os.environ[calibration.FOLDER_VARIABLE] = os.path.join(os.environ[FOLDER_VARIABL
 
 OF_DEVICES = ("wire", "contract", "hardware", "test_pytest_plugin.py")
 USUAL, FIRST = os.getpriority(os.PRIO_PROCESS, 0), -10  # niceness of tests, and of those of devices with all they start
-WHOLE = ("test_answers.py", "test_carried.py", "test_corners.py", "test_excerpts.py", "test_finding.py",
-         "test_follow_up.py", "test_innovations.py", "test_locate.py", "test_mains.py", "test_narrow.py",
-         "test_places.py", "test_profile.py", "test_readings.py", "test_second_look.py", "test_second_place.py",
-         "test_select.py", "test_surest.py", "test_uneven_noise.py", "test_wander.py")  # fmt: skip
+WHOLE = (
+    "test_answers.py", "test_carried.py", "test_corners.py", "test_excerpts.py", "test_finding.py",
+    "test_follow_up.py", "test_innovations.py", "test_knowing.py", "test_locate.py", "test_mains.py",
+    "test_narrow.py", "test_places.py", "test_profile.py", "test_readings.py", "test_scattered.py",
+    "test_second_look.py", "test_second_place.py", "test_select.py", "test_surest.py", "test_uneven_noise.py",
+    "test_wander.py",
+)  # fmt: skip
 LONG = ("proof", "benchmarks", "flow/test_batch.py", "flow/test_calibration.py", "flow/test_demo.py",
         "flow/test_design.py", "flow/test_examples.py", "flow/test_live.py", "flow/test_mutated.py",
         "flow/test_real_recordings.py")  # fmt: skip
@@ -46,13 +51,10 @@ COUNTING = "COVERAGE_PROCESS_CONFIG"  # the variable that has processes count li
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Leave lines of whole answers uncounted, and have every process begin with its share of what takes longest.
+    """Have every process begin with its share of what takes longest.
 
     Processes are given equal stretches of what is collected: what is long and comes last is waited for by all.
     """
-    for item in items:
-        if _among(UNCOUNTED, item):
-            item.add_marker(pytest.mark.no_cover)
     processes = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
     longest = [item for item in items if _among(LONGEST, item)]
     others = [item for item in items if not _among(LONGEST, item)]
@@ -66,14 +68,31 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
     """Let tests of devices go first, and have no process of an uncounted test count lines."""
-    counting = os.environ.pop(COUNTING, None) if item.get_closest_marker("no_cover") else None
     _nice(FIRST if _among(OF_DEVICES, item) else USUAL)
     try:
-        return (yield)
+        uncounted = _among(UNCOUNTED, item) or item.get_closest_marker("uncounted")
+        with _uncounted() if uncounted else nullcontext():
+            return (yield)
     finally:
         _nice(USUAL)
-        if counting is not None:
-            os.environ[COUNTING] = counting
+
+
+@contextmanager
+def _uncounted() -> Iterator[None]:
+    """Have no line counted by this process, or by one that it starts.
+
+    Several count in a process of tests, and the mark of pytest-cov stops only the last that began.
+    """
+    here, in_threads, elsewhere = sys.gettrace(), threading.gettrace(), os.environ.pop(COUNTING, None)
+    sys.settrace(None)
+    threading.settrace(None)
+    try:
+        yield
+    finally:
+        sys.settrace(here)
+        threading.settrace(in_threads)
+        if elsewhere is not None:
+            os.environ[COUNTING] = elsewhere
 
 
 def pytest_unconfigure() -> None:

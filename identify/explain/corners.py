@@ -48,6 +48,16 @@ def again(evidence: Evidence, law: BrokenMap) -> Suspect:
     return max((_moved(evidence, each) for each in laws), key=lambda found: found.gain)
 
 
+def either_side(evidence: Evidence, found: Suspect) -> list[Suspect]:
+    """Return a law with corners, and the same with those below zero acting on their other side.
+
+    On a large mismatch first order does not say which it is.
+    """
+    law = found.correction
+    kinds = [kind(law.place, law.knots, law.name) for kind in (BrokenMap, OuterMap) if type(law) is not kind]
+    return [found, *(suspect(evidence, other) for other in kinds if min(law.knots) < 0.0)]
+
+
 def slid(law: BrokenMap, values: Mapping[str, float]) -> tuple[BrokenMap, dict[str, float]] | None:
     """Return a fitted law with its corners where its lines meet, and its weights there; None where all meet already.
 

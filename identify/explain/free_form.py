@@ -13,7 +13,7 @@ from math import log
 from identify.chain import Chain
 from identify.evidence import Evidence
 from identify.explain.bench import Bench
-from identify.explain.corners import again, cornered, slid
+from identify.explain.corners import again, cornered, either_side, slid
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.race import KEPT
 from identify.explain.sought import finer, of_one, one_again, retimed, retuned
@@ -168,8 +168,12 @@ def with_corners(
             break
         plain = bench.fitted(base.fit.chain.with_values(fitted.fit.chain.values), base.effects, 0)
         evidence = bench.evidence(plain)
-        found = again(evidence, law) if isinstance(law, BrokenMap) else one_again(evidence, law)
-        other, better = slid_on(bench, base, found.correction, fitted_from(bench, plain, found))
+        if isinstance(law, BrokenMap):
+            found = either_side(evidence, again(evidence, law))
+        else:
+            found = [one_again(evidence, law)]
+        tried = [slid_on(bench, base, one.correction, fitted_from(bench, plain, one)) for one in found]
+        other, better = min(tried, key=lambda pair: pair[1].chi2)
         if better.chi2 > fitted.chi2 - 1.0:
             break
         law, fitted = other, better

@@ -266,7 +266,7 @@ def test_full_scale_is_of_wav_files(tmp_path: Path) -> None:
 # damage
 
 
-@pytest.mark.no_cover
+@pytest.mark.uncounted
 @pytest.mark.parametrize(("write", "name"), [(npz, "r.npz"), (npz_packed, "r.npz"), (mat5, "r.mat"), (hdf5, "r.h5"),
                                              (tdms, "r.tdms")])
 def test_a_file_cut_anywhere_ends_in_one_message(tmp_path: Path, write: Callable[[Path], None], name: str) -> None:
