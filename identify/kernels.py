@@ -161,13 +161,15 @@ def plain_chain(
 
 
 @njit(error_model="numpy", cache=True)
-def waveform(first: float, step: float, orders: Any, sizes: Any, angles: Any, out: Array) -> None:
+def waveform(first: float, step: float, orders: Any, sizes: Array, angles: Array, out: Array) -> None:
     """Add sum over n of sizes[n] sin(orders[n] turn + angles[n]) to ``out``, turn = first + step j.
 
     The phasor is advanced by multiplication and set anew every 4096 samples, so that rounding stays below 1e-12.
     """
     for start in range(0, out.size, 4096):
-        for n in range(len(orders)):
+        for n in range(orders.size):
+            if sizes[n] == 0.0:
+                continue
             phasor = sizes[n] * np.exp(1j * (orders[n] * (first + step * start) + angles[n]))
             turn = np.exp(1j * orders[n] * step)
             for j in range(start, min(start + 4096, out.size)):

@@ -103,13 +103,14 @@ class Hum(InsidePlay):
     def _waveform(self, values: Values, grid: Grid) -> Run:
         """Return what makes the lines at the instants of a block; time runs from the start of the run, as phases do."""
         count = len(self.lines)
-        frequency, sizes, angles, phase = values[0], values[1 : count + 1], (0.0, *values[count + 1 : -1]), values[-1]
-        orders = tuple(line.order for line in self.lines)
+        frequency, phase = values[0], values[-1]
+        sizes, angles = np.array(values[1 : count + 1]), np.array([0.0, *values[count + 1 : -1]])
+        orders = np.array([line.order for line in self.lines])
         turn = 2.0 * np.pi * frequency * grid.step_s
 
         def run(block: Block) -> Array:
             out = np.zeros(block.signal.size)
-            if any(sizes):
+            if sizes.any():
                 kernels.waveform(turn * block.first + phase, turn, orders, sizes, angles, out)
             return out
 

@@ -13,7 +13,7 @@ from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import located
 from identify.explain.round import FORETOLD, Round
 from identify.explain.select import MOST_EFFECTS, Selected, selected
-from identify.explain.sought import finer
+from identify.explain.sought import distinct, finer
 from identify.explain.suspect import Suspect, is_fine, with_alike
 from identify.explain.wander import changes, unrepeated
 
@@ -144,6 +144,6 @@ def _fitted(bench: Bench, base: Hypothesis, found: Sequence[Suspect]) -> Iterato
     evidence = bench.evidence(base)
     ranked = sorted(found, key=lambda s: -s.gain)
     likely = with_alike(ranked, ranked[:CLOSELY])
-    for s in (finer(evidence, s, 1.0) for s in likely):
+    for s in distinct(evidence, [finer(evidence, s, 1.0) for s in likely]):
         slid = slid_on(bench, base, s.correction, fitted_from(bench, base, s))
         yield with_overtones(bench, base, *slid)[1]

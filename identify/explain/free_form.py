@@ -16,7 +16,7 @@ from identify.explain.bench import Bench
 from identify.explain.corners import again, cornered, either_side, slid
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.race import KEPT
-from identify.explain.sought import finer, of_one, one_again, retimed, retuned
+from identify.explain.sought import distinct, finer, of_one, one_again, retimed, retuned
 from identify.explain.steady import steady
 from identify.explain.suspect import LEVEL, Suspect, contenders, is_fine, overlooked, unexplained
 from identify.explain.wander import all_wanders
@@ -30,6 +30,7 @@ from identify.unnamed.sudden import Sudden, SuddenDynamics
 ITERATIONS = 8  # a correction is nearly linear in its weights
 NEAR = 2.0  # times the best sum of squares, up to which a search cut short is ended
 MOVED, SLID = 2, 6  # times corners are sought anew, and slid, at most
+WORTH = 0.01  # of what a fit leaves beyond the noise: what was slid by less is there
 MOVABLE = 100.0  # times the best sum of squares, up to which they are moved
 NEARLY = 0.995  # of the best promise, that first order may mistake
 MOSTLY = 0.5  # of what is left, that a line explains at least of a wave, and overtones of what that leaves
@@ -72,7 +73,7 @@ def begun(bench: Bench, base: Hypothesis) -> Begun:
     sharp = [
         finer(evidence, s, noise) if s.correction.form in plainer else finest(evidence, ranked, s, noise) for s in asked
     ]
-    smooth = {s.correction: s for s in sharp}
+    smooth = {s.correction: s for s in distinct(evidence, sharp)}
     worth = [*smooth.values(), *cornered(evidence, ranked, noise)]
     fitted = [(s.correction, fitted_from(bench, base, s)) for s in worth]
     return Begun(p_value, ranked, noise, asked, worth, fitted)
@@ -189,9 +190,11 @@ def slid_on(bench: Bench, base: Hypothesis, law: Correction, fitted: Hypothesis)
         moved, weights = there
         chain = moved.put_in(base.fit.chain.with_values(fitted.fit.chain.values), weights)
         better = bench.fitted(chain, base.effects, ITERATIONS)
-        if better.chi2 > fitted.chi2 - 1.0:
+        gained = fitted.chi2 - better.chi2
+        if gained > 1.0:
+            law, fitted = moved, better
+        if gained < max(WORTH * fitted.proven, 1.0):
             break
-        law, fitted = moved, better
     return law, fitted
 
 

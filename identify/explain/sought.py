@@ -1,6 +1,6 @@
 """At which frequency, lag, level, rate or moment does a law explain most, and how many knots do the data ask for?"""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import exp, log
 
@@ -49,6 +49,22 @@ def tuned(evidence: Evidence, found: Suspect) -> Suspect:
         else:
             step_hz *= CLOSER
     return found
+
+
+def distinct(evidence: Evidence, found: Sequence[Suspect]) -> list[Suspect]:
+    """Return suspects, of those of one law that came to the same frequency the one that promises most."""
+    kept: list[Suspect] = []
+    for one in sorted(found, key=lambda s: -s.gain):
+        if not any(_is_the_same(evidence, one.correction, other.correction) for other in kept):
+            kept.append(one)
+    return [s for s in found if any(s is one for one in kept)]
+
+
+def _is_the_same(evidence: Evidence, one: Correction, other: Correction) -> bool:
+    """Return whether two are one law of one frequency, as far as the longest run tells."""
+    if not one.searched or (one.form, one.place) != (other.form, other.place):
+        return False
+    return abs(one.knots[0] - other.knots[0]) < BESIDE / evidence.longest_s
 
 
 def retuned(evidence: Evidence, base: Chain, law: Correction) -> tuple[Correction, dict[str, float]] | None:

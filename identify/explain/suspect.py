@@ -26,6 +26,7 @@ LEVEL = 1e-3  # probability of a false alarm, all corrections together
 HINT = 0.05  # the same of a hint that something is there
 FITTED = 4  # corrections that are fitted; the others are judged to first order
 CLOSE = 0.8  # share of the best log likelihood from which another place is fitted
+UNTUNED = 0.4  # share of what a law of one frequency explains that is left half of what runs resolve beside it
 LARGE = 1000.0  # of chi-squared: a mismatch that leaves first order
 PART = 0.15  # of the best promise, from which anything is fitted for a few iterations
 MOST = 64  # knots that are fitted
@@ -147,10 +148,11 @@ def products_of(evidence: Evidence, correction: Correction) -> tuple[list[str], 
 def contenders(ranked: Sequence[Suspect], noise: float) -> list[Suspect]:
     """Return what is worth a fit: of every place the best, and of the best place the second, if close enough.
 
-    Beside what may be a disguise the best of the plainer form it may be one of.
+    A law of one frequency may come close once it is at its own. Beside what may be a disguise the best of the plainer
+    form it may be one of.
     """
-    worth = [s.worth(noise)[0] for s in ranked]
-    close = [s for s, value in zip(ranked, worth, strict=True) if value > max(CLOSE * worth[0], 0.0)]
+    worth, least = [s.worth(noise)[0] for s in ranked], [UNTUNED if s.correction.searched else 1.0 for s in ranked]
+    close = [s for s, w, part in zip(ranked, worth, least, strict=True) if w > max(CLOSE * part * worth[0], 0.0)]
     first: dict[Place, Suspect] = {}
     for s in close:
         first.setdefault(s.correction.place, s)

@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from identify import kernels
 from identify.stage import Block, Grid, Place, Run, Values
 from identify.trace import Array
 from identify.unnamed.correction import Correction, PlayCorrection
@@ -34,12 +35,14 @@ class OneLine(Correction):
 
         Further pairs of weights are those of overtones.
         """
-        pairs = [(order, *values[2 * order - 2 : 2 * order]) for order in range(1, len(values) // 2 + 1)]
+        sine, cosine = np.array(values[::2]), np.array(values[1::2])
+        orders, sizes, angles = np.arange(1, sine.size + 1), np.hypot(sine, cosine), np.arctan2(cosine, sine)
+        turn = 2.0 * np.pi * self.knots[0] * grid.step_s
 
         def run(block: Block) -> Array:
-            count = np.arange(block.first, block.first + block.signal.size)
-            turn = 2.0 * np.pi * self.knots[0] * grid.step_s * count
-            return np.asarray(sum(a * np.sin(k * turn) + b * np.cos(k * turn) for k, a, b in pairs if a or b))
+            out = np.zeros(block.signal.size)
+            kernels.waveform(turn * block.first, turn, orders, sizes, angles, out)
+            return out
 
         return run
 

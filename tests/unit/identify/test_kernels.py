@@ -204,7 +204,7 @@ def test_plain_chain_is_its_three_stages_one_after_the_other():
 
 def test_waveform_is_a_sum_of_sines_without_drift_of_its_phasor():
     out, j = np.full(100_000, 2.0), np.arange(100_000)
-    kernels.waveform(0.4, 0.0123, (1, 3, 5), (0.3, 0.0, 0.1), (0.0, 1.0, -2.0), out)
+    kernels.waveform(0.4, 0.0123, np.array([1, 3, 5]), np.array([0.3, 0.0, 0.1]), np.array([0.0, 1.0, -2.0]), out)
     turn = 0.4 + 0.0123 * j
     assert np.allclose(out, 2.0 + 0.3 * np.sin(turn) + 0.1 * np.sin(5.0 * turn - 2.0), rtol=0, atol=1e-11)
 
