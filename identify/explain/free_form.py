@@ -163,9 +163,12 @@ def as_it_is(bench: Bench, base: Hypothesis, chain: Chain) -> Hypothesis:
 def with_corners(
     bench: Bench, base: Hypothesis, law: Correction, fitted: Hypothesis
 ) -> tuple[Correction, Hypothesis]:
-    """Return a fit with corners, or its one knot, moved to where they are best beside the plain values it leaves."""
+    """Return a fit with corners, or its one knot, moved to where they are best beside the plain values it leaves.
+
+    Or with one knot in the place of several, where first order had not said so.
+    """
     for _ in range(MOVED):
-        if not (isinstance(law, BrokenMap) or of_one(law)) or fitted.misfit < base.noise_known:
+        if not (isinstance(law, BrokenMap) or law.single) or fitted.misfit < base.noise_known:
             break
         plain = bench.fitted(base.fit.chain.with_values(fitted.fit.chain.values), base.effects, 0)
         evidence = bench.evidence(plain)

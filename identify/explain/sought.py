@@ -115,8 +115,11 @@ def of_one(law: Correction) -> bool:
 
 
 def one_again(evidence: Evidence, law: Correction) -> Suspect:
-    """Return a correction of one knot with that sought once more around where it is, on other evidence."""
-    around = sorted(knot * factor for knot in law.knots for factor in AROUND)
+    """Return a correction of one knot with that sought once more around where it is, on other evidence.
+
+    One of several has one sought in their place.
+    """
+    around = sorted(knot * factor for knot in law.knots for factor in AROUND) if of_one(law) else law.knots
     return of_one_knot(evidence, suspect(evidence, replace(law, knots=tuple(around))))
 
 
