@@ -5,7 +5,7 @@ leave more than noise the others race, corners are moved to where they are best,
 its end.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import compress
 from math import log
@@ -18,7 +18,7 @@ from identify.explain.hypothesis import Hypothesis
 from identify.explain.race import KEPT
 from identify.explain.sought import distinct, finer, of_one, one_again, retimed, retuned
 from identify.explain.steady import steady
-from identify.explain.suspect import LEVEL, Suspect, contenders, is_fine, overlooked, unexplained
+from identify.explain.suspect import LARGE, LEVEL, Suspect, contenders, is_fine, overlooked, unexplained
 from identify.explain.wander import all_wanders
 from identify.fit import total_chi_squared
 from identify.phases import turned_sines
@@ -115,25 +115,39 @@ def untried(bench: Bench, base: Hypothesis, first: Begun, least: Hypothesis) -> 
     Where the best fit, ``least``, may leave none but noise: what fits as well by a weight for every few readings, and
     of laws that one knot may do for those that promise nearly as much there, which where it is unknown they did not.
     """
-    evidence, left = bench.evidence(base), overlooked(first.ranked, [*first.asked, *first.worth])
     most = max(s.gain for s in first.ranked)
+    if least.misfit > base.noise_known or base.chi2 - least.chi2 < KEPT * most:
+        return rest(bench, base, first)
     fine = {s.correction.form for s in first.ranked if is_fine(s.correction)}
-    enough = least.misfit <= base.noise_known and base.chi2 - least.chi2 >= KEPT * most
-    if enough:
-        left = [s for s in left if s.correction.form in fine or s.correction.single]
+    left = rest(bench, base, first, asked=lambda s: s.correction.form in fine or s.correction.single)
+    return [s for s in left if s.correction.form in fine or s.gain > NEARLY * most]
+
+
+def rest(
+    bench: Bench, base: Hypothesis, first: Begun, fitted: Sequence[tuple[Correction, Hypothesis]] = (),
+    asked: Callable[[Suspect], bool] = lambda suspect: True, large: float = LARGE,
+) -> list[Suspect]:  # fmt: skip
+    """Return what promises a part of the best and was not fitted, with the knots the data ask for."""
+    evidence, most = bench.evidence(base), max(s.gain for s in first.ranked)
+    known = {(law.form, law.place) for law, _ in fitted}
+    left = [s for s in overlooked(first.ranked, [*first.asked, *first.worth], large) if asked(s)]
+    left = [s for s in left if (s.correction.form, s.correction.place) not in known]
     plain = [s.correction.searched or s.gain < SHARPENED * most for s in left]
-    sharp = [s if kept else finer(evidence, s, first.noise) for s, kept in zip(left, plain, strict=True)]
-    return [s for s in sharp if s.correction.form in fine or s.gain > NEARLY * most] if enough else sharp
+    return [s if kept else finer(evidence, s, first.noise) for s, kept in zip(left, plain, strict=True)]
 
 
-def raced(bench: Bench, base: Hypothesis, others: Sequence[Suspect]) -> list[tuple[Suspect, Hypothesis]]:
+def raced(
+    bench: Bench, base: Hypothesis, others: Sequence[Suspect], enough: float | None = None
+) -> list[tuple[Suspect, Hypothesis]]:
     """Fit corrections side by side, a few iterations at a time, the better half each time further; return the last.
 
+    As soon as one leaves no more than ``enough``, a misfit, all are as far as they are: that of noise, unless given.
     Where a mismatch is large the plain values stand in for it, and first order does not lead back from there: how much
     a correction promises says little of what it explains once all values may follow.
     """
     running = [(s, fitted_from(bench, base, s, STRIDE)) for s in others]
-    while len(running) > LAST and min(h.misfit for _, h in running) > base.noise_known:
+    enough = base.noise_known if enough is None else enough
+    while len(running) > LAST and min(h.misfit for _, h in running) > enough:
         ahead = sorted(running, key=lambda pair: pair[1].chi2)[: max(len(running) // 2, LAST)]
         running = [(s, bench.fitted(h.fit.chain, base.effects, STRIDE)) for s, h in ahead]
     return sorted(running, key=lambda pair: pair[1].chi2)[:LAST]

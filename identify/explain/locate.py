@@ -6,10 +6,10 @@ Every correction is judged on the residual to first order (suspect); the best of
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from math import exp
+from math import exp, inf
 
 from identify.explain.bench import Bench
-from identify.explain.free_form import ITERATIONS, as_it_is, begun, ended, gone_on
+from identify.explain.free_form import ITERATIONS, as_it_is, begun, ended, gone_on, raced, rest
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.knowing import ruled_out
 from identify.explain.round import FORETOLD
@@ -132,12 +132,31 @@ class Located:
 def doubted(bench: Bench, found: Located) -> Located:
     """Return the same with how much corrections would find once more beside the best: the law itself leaves nothing.
 
-    A table as fine as the data takes all there is.
+    Where that is something, what was not fitted as the best might have left none but noise is. A table as fine as the
+    data takes all there is.
     """
     if not found.significant or is_fine(found.best):
         return found
-    least = min((h for _, h in found.fitted), key=lambda h: h.chi2)
-    return _ordered(replace(found, doubt=explainable(bench.suspects(least))))
+    doubt = _doubt(bench, found)
+    if doubt and (others := _others(bench, found)).fitted != found.fitted:
+        found, doubt = others, _doubt(bench, others)
+    return _ordered(replace(found, doubt=doubt))
+
+
+def _doubt(bench: Bench, found: Located) -> float:
+    """Return by how much corrections would let chi-squared fall once more beside the best of those that were fitted."""
+    return explainable(bench.suspects(min((h for _, h in found.fitted), key=lambda h: h.chi2)))
+
+
+def _others(bench: Bench, found: Located) -> Located:
+    """Return the corrections that were fitted, and the best of those that might have been."""
+    base, first = found.base, bench.remembered(begun, found.base)
+    if not first.ranked:
+        return found
+    others = raced(bench, base, rest(bench, base, first, found.fitted, large=0.0), -inf)
+    fitted = ended(bench, [*found.fitted, *((s.correction, h) for s, h in others)])
+    prices = (*found.prices, *(s.worth(first.noise)[1] for s, _ in others))
+    return replace(found, fitted=tuple(fitted), prices=prices)
 
 
 def entered_at(correction: Correction) -> tuple[Place, ...]:

@@ -172,14 +172,14 @@ def with_alike(ranked: Sequence[Suspect], chosen: Sequence[Suspect]) -> list[Sus
     return [*chosen, *(s for s in beside if not any(s is one for one in chosen))]
 
 
-def overlooked(ranked: Sequence[Suspect], fitted: Sequence[Suspect]) -> list[Suspect]:
-    """Return what promises a part of the best and was not fitted, of a large mismatch: it may be the law all the same.
+def overlooked(ranked: Sequence[Suspect], fitted: Sequence[Suspect], large: float = LARGE) -> list[Suspect]:
+    """Return what promises a part of the best and was not fitted: it may be the law all the same.
 
-    The best of every form at every place.
+    The best of every form at every place; none where the best explains no more than ``large``, in chi-squared.
     """
     most = max(s.gain for s in ranked)
     found: dict[tuple[str, Place], Suspect] = {}
-    for s in (s for s in ranked if s.gain > PART * most and not is_fine(s.correction) and most > LARGE):
+    for s in (s for s in ranked if s.gain > PART * most and not is_fine(s.correction) and most > large):
         found.setdefault((s.correction.form, s.correction.place), s)
     known = {(s.correction.form, s.correction.place) for s in fitted if not is_fine(s.correction)}
     return with_alike(ranked, [s for key, s in found.items() if key not in known])

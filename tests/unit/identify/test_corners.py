@@ -9,10 +9,11 @@ from identify.chain import simulate
 from identify.effects import chain_of
 from identify.explain.bench import Bench
 from identify.explain.corners import again, slid
-from identify.explain.free_form import slid_on
-from identify.explain.locate import DISGUISE, LIKELY, Located, located
+from identify.explain.free_form import fitted_from, slid_on, with_corners
+from identify.explain.locate import DISGUISE, LIKELY, Located, doubted, located
 from identify.explain.prove import proven
 from identify.explain.shape import shape_of
+from identify.explain.suspect import suspect
 from identify.stage import Place
 from identify.trace import Step
 from identify.unnamed.maps import BrokenMap, OuterMap
@@ -109,6 +110,17 @@ def test_corners_that_are_off_slide_to_the_rails_while_all_other_values_follow()
     assert law.knots == pytest.approx((-9.0, 9.0), abs=0.01)
 
 
+def test_corners_that_act_on_the_wrong_side_of_zero_are_turned():
+    """To first order either side will do: the plain values make up for a straight line, but far from it they do not."""
+    there = bench(Concealed("saturation", {"upper": 9.0, "lower": -9.0}))
+    base, inwards = there.fitted(there.plain, ()), BrokenMap(Place.F, (-9.0, 9.0))
+    begun = fitted_from(there, base, suspect(there.evidence(base), inwards))
+    law, found = with_corners(there, base, inwards, begun)
+    assert begun.misfit > 0.1
+    assert found.misfit < 0.02
+    assert type(law) is OuterMap
+
+
 def test_a_law_of_v_is_less_likely_than_one_of_w_that_explains_as_much():
     """A border passes each level of w at one of v: corners there do the same, and nobody builds a filter with them."""
     there = bench(DEAD)
@@ -124,6 +136,19 @@ def test_a_delay_that_grows_with_the_level_enters_at_g1():
     assert next(iter(told.places)) == Place.G1
     assert told.places[Place.G1] > 0.9
     assert told.best.form == Swiftness.form
+
+
+def test_what_leaves_something_has_the_others_fitted_though_it_might_be_noise():
+    """What is known of the noise's size would let it be all, but other corrections still find something in it."""
+    runs = (WALK, WAVE, FAST)
+    there = replace(bench(Concealed("level_dependent_delay", {"k": 1e-4}), runs=runs), noise_known=1.0)
+    first = found(there)
+    assert first.fitted[0][1].misfit < 1.0
+    assert Swiftness.form not in {law.form for law, _ in first.fitted}
+    told = doubted(there, first)
+    assert (told.best.form, told.best.place, told.doubt) == (Swiftness.form, Place.G1, 0.0)
+    assert told.places[Place.G1] > 0.9
+    assert {law.form for law, _ in first.fitted} < {law.form for law, _ in told.fitted}
 
 
 def test_dynamics_over_the_level_read_the_signal_when_they_say():

@@ -13,6 +13,7 @@ from identify.explain.corrections import corrections
 from identify.explain.explain import prepared
 from identify.explain.frequencies import LINES
 from identify.explain.in_front import asked_of_v, lines_in_front
+from identify.explain.sought import distinct
 from identify.explain.suspect import Suspect, contenders, overlooked, with_alike
 from identify.fit import fit
 from identify.holdout import split
@@ -107,5 +108,29 @@ def test_a_line_at_other_frequencies_goes_along_if_it_promises_nearly_as_much(mo
     monkeypatch.setattr(beside, "fitted_from", lambda bench, base, found: found)
     for name in ("slid_on", "with_overtones"):
         monkeypatch.setattr(beside, name, lambda bench, base, law, fitted: (law, fitted))
-    bench = SimpleNamespace(evidence=lambda base: None)
+    bench = SimpleNamespace(evidence=lambda base: SimpleNamespace(longest_s=2.0))
     assert list(beside._fitted(bench, None, ranked)) == [line, level, near]
+    same = suspect(Line(Place.G1, (50.2,)), 98.0)  # the next bin of one peak
+    assert list(beside._fitted(bench, None, [*ranked, same])) == [line, level, near]
+
+
+def test_of_those_that_came_to_one_frequency_the_best_is_kept():
+    def suspect(correction, gain):
+        return Suspect(correction, np.ones(1), np.array([gain]), {})
+
+    evidence = SimpleNamespace(longest_s=10.0)
+    at = {hz: suspect(Line(Place.G1, (hz,)), gain) for hz, gain in ((50.0, 90.0), (50.03, 100.0), (50.1, 80.0))}
+    read, level = suspect(Line(Place.SENSE, (50.0,)), 70.0), suspect(LevelMap(Place.F, (0.0, 1.0, 2.0, 3.0)), 99.0)
+    assert distinct(evidence, [level, *at.values(), read, level]) == [level, at[50.03], at[50.1], read, level]
+
+
+def test_a_line_that_is_not_at_its_frequency_yet_may_be_behind():
+    """Half of what runs resolve beside it, it promises some 40 % of what it will."""
+    def suspect(correction, gain):
+        return Suspect(correction, np.ones(1), np.array([gain]), {})
+
+    best = suspect(LevelMap(Place.F, (0.0, 1.0, 2.0, 3.0)), 1000.0)
+    for gain, asked in ((400.0, True), (200.0, False)):
+        line, gap = suspect(Line(Place.G1, (50.0,)), gain), suspect(LevelMap(Place.SENSE, (0.0, 1.0)), gain)
+        assert (line in contenders([best, line, gap], 1.0)) is asked
+        assert gap not in contenders([best, line, gap], 1.0)

@@ -13,7 +13,18 @@ from identify.effects import chain_of
 from identify.evidence import Evidence
 from identify.explain.bench import Bench
 from identify.explain.contact import still
-from identify.explain.free_form import LAST, NEARLY, Begun, begun, ended, fitted_from, raced, slid_on, untried
+from identify.explain.free_form import (
+    LAST,
+    NEARLY,
+    Begun,
+    begun,
+    ended,
+    fitted_from,
+    raced,
+    slid_on,
+    untried,
+    with_corners,
+)
 from identify.explain.frequencies import ripple_hz
 from identify.explain.locate import BEHIND, EASILY, NEARER, Located, located, within_reach
 from identify.explain.moments import where
@@ -477,6 +488,16 @@ def test_one_lag_is_slid_to_what_it_is_while_the_plain_values_follow(begins_s: f
     assert fitted.misfit < 0.02
     assert slid.knots[0] == pytest.approx(1e-3, rel=0.02)
     assert fitted.fit.chain.values["unnamed.give1"] == pytest.approx(1.0, abs=0.05)
+
+
+def test_one_lag_takes_the_place_of_several_that_leave_something() -> None:
+    there = bench(Concealed("giving_contact", {"tau": 1e-3}))
+    base, law = there.fitted(there.plain, ()), Giving(Place.F, (1e-4, 1e-2))
+    begun_there = fitted_from(there, base, suspect(there.evidence(base), law))
+    other, fitted = with_corners(there, base, law, begun_there)
+    assert begun_there.misfit > 0.05
+    assert fitted.misfit < 0.02
+    assert other.knots == (pytest.approx(1e-3, rel=0.02),)
 
 
 def test_where_a_fit_may_leave_noise_laws_that_one_knot_does_are_tried_too() -> None:
