@@ -116,11 +116,23 @@ def untried(bench: Bench, base: Hypothesis, first: Begun, least: Hypothesis) -> 
     of laws that one knot may do for those that promise nearly as much there, which where it is unknown they did not.
     """
     most = max(s.gain for s in first.ranked)
-    if least.misfit > base.noise_known or base.chi2 - least.chi2 < KEPT * most:
+    if not _enough(base, first, least):
         return rest(bench, base, first)
     fine = {s.correction.form for s in first.ranked if is_fine(s.correction)}
     left = rest(bench, base, first, asked=lambda s: s.correction.form in fine or s.correction.single)
     return [s for s in left if s.correction.form in fine or s.gain > NEARLY * most]
+
+
+def _enough(base: Hypothesis, first: Begun, least: Hypothesis) -> bool:
+    """Return whether a fit may leave none but noise, and keeps nearly all that the best law promises."""
+    most = max(s.gain for s in first.ranked)
+    return least.misfit <= base.noise_known and base.chi2 - least.chi2 >= KEPT * most
+
+
+def all_tried(base: Hypothesis, first: Begun) -> bool:
+    """Return whether all that promises a part of the best has raced: first fits of a large mismatch leave some."""
+    least = min((h for _, h in first.fitted), key=lambda h: h.chi2)
+    return max(s.gain for s in first.ranked) > LARGE and not _enough(base, first, least)
 
 
 def rest(

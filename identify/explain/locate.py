@@ -9,7 +9,7 @@ from functools import cached_property
 from math import exp, inf
 
 from identify.explain.bench import Bench
-from identify.explain.free_form import ITERATIONS, as_it_is, begun, ended, gone_on, raced, rest
+from identify.explain.free_form import ITERATIONS, all_tried, as_it_is, begun, ended, gone_on, raced, rest
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.knowing import ruled_out
 from identify.explain.round import FORETOLD
@@ -151,7 +151,7 @@ def _doubt(bench: Bench, found: Located) -> float:
 def _others(bench: Bench, found: Located) -> Located:
     """Return the corrections that were fitted, and the best of those that might have been."""
     base, first = found.base, bench.remembered(begun, found.base)
-    if not first.ranked:
+    if not first.ranked or all_tried(base, first):
         return found
     others = raced(bench, base, rest(bench, base, first, found.fitted, large=0.0), -inf)
     fitted = ended(bench, [*found.fitted, *((s.correction, h) for s, h in others)])
