@@ -13,6 +13,7 @@ from identify.explain.free_form import ITERATIONS, all_tried, as_it_is, begun, e
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.knowing import ruled_out
 from identify.explain.round import FORETOLD
+from identify.explain.steady import steady
 from identify.explain.suspect import LEVEL, Suspect, explainable, is_fine
 from identify.stage import Place
 from identify.unnamed.correction import Correction
@@ -149,11 +150,12 @@ def _doubt(bench: Bench, found: Located) -> float:
 
 
 def _others(bench: Bench, found: Located) -> Located:
-    """Return the corrections that were fitted, and the best of those that might have been."""
+    """Return the corrections that were fitted, and the best of those that might have been; of lines as ``gone_on``."""
     base, first = found.base, bench.remembered(begun, found.base)
     if not first.ranked or all_tried(base, first):
         return found
-    others = raced(bench, base, rest(bench, base, first, found.fitted, large=0.0), -inf)
+    raced_on = raced(bench, base, rest(bench, base, first, found.fitted, large=0.0), -inf)
+    others = [(s, h) for s, h in raced_on if steady(base, s.correction, h)]
     fitted = ended(bench, [*found.fitted, *((s.correction, h) for s, h in others)])
     prices = (*found.prices, *(s.worth(first.noise)[1] for s, _ in others))
     return replace(found, fitted=tuple(fitted), prices=prices)
