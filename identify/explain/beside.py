@@ -75,8 +75,11 @@ def foretells_all(bench: Bench, plain: Hypothesis) -> bool:
     """Return whether one law of free form foretells all that repeats differ by: nothing acts by chance then.
 
     A line free of the stimulus may: what the stimulus goes up and down with is no line in that, but a ripple promises
-    most of the misfit. Any other law may where repeats differ so clearly that few weights cannot follow noise.
+    most of the misfit. Any other law may where repeats differ so clearly that few weights cannot follow noise. It is
+    not asked where nothing that acts by chance is tried.
     """
+    if not any(kind.by_chance for kind in bench.kinds):
+        return False
     before, chance = differ(plain.fit.chain, bench.observations)
     if not np.any(before > chance):
         return False

@@ -134,25 +134,19 @@ def _found(readings: Readings, note: Note, look: Look) -> Selected | Chain:
     They are where what it leaves is coloured noise, or blemishes.
     """
     bench, plain = readings.bench, readings.plain
-    if _by_chance(bench) and (comes_back(bench, plain) or foretells_all(bench, plain) or scattered(bench, plain)):
+    if comes_back(bench, plain) or foretells_all(bench, plain) or scattered(bench, plain):
         bench = foretelling(bench)
-    may_wander = _by_chance(bench)
-    wanders = may_wander and unrepeated(plain.fit.chain, bench.observations) > MOSTLY and not foretold(bench, plain)
+    wanders = unrepeated(plain.fit.chain, bench.observations) > MOSTLY and not foretold(bench, plain)
     beside = selected_beside(bench, plain, note) if wanders else None
     noisy = suspected(readings, look.leave_out) if look.against is None and beside is None else 0.0
     if noisy and selected(bench, plain, note, 1)[1].advantage(plain) < noisy:
         return plain.fit.chain
-    bench, final, rounds = beside or selected_either(bench, plain, note, may_wander and not wanders)
+    bench, final, rounds = beside or selected_either(bench, plain, note, not wanders)
     final = resettled(bench, final)
     if look.against is not None or bench.carried:
         return bench, final, rounds
     hidden = any(hides(readings, bench, final, look.leave_out) for hides in (hides_noise, hides_blemishes))
     return final.fit.chain if hidden else (bench, final, rounds)
-
-
-def _by_chance(bench: Bench) -> bool:
-    """Return whether any effect that is tried acts by chance."""
-    return any(kind.by_chance for kind in bench.kinds)
 
 
 def _beside_losses(

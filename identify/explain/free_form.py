@@ -54,6 +54,11 @@ class Begun:
     worth: Sequence[Suspect] = ()
     fitted: Sequence[tuple[Correction, Hypothesis]] = ()
 
+    @property
+    def most(self) -> float:
+        """Return the fall of chi-squared that the best of all promises."""
+        return max(s.gain for s in self.ranked)
+
 
 def begun(bench: Bench, base: Hypothesis) -> Begun:
     """Fit the corrections that promise most on top of a hypothesis, none to its end.
@@ -115,36 +120,32 @@ def untried(bench: Bench, base: Hypothesis, first: Begun, least: Hypothesis) -> 
     Where the best fit, ``least``, may leave none but noise: what fits as well by a weight for every few readings, and
     of laws that one knot may do for those that promise nearly as much there, which where it is unknown they did not.
     """
-    most = max(s.gain for s in first.ranked)
     if not _enough(base, first, least):
         return rest(bench, base, first)
     fine = {s.correction.form for s in first.ranked if is_fine(s.correction)}
-    left = rest(bench, base, first, asked=lambda s: s.correction.form in fine or s.correction.single)
-    return [s for s in left if s.correction.form in fine or s.gain > NEARLY * most]
+    left = rest(bench, base, first, lambda s: s.correction.form in fine or s.correction.single)
+    return [s for s in left if s.correction.form in fine or s.gain > NEARLY * first.most]
 
 
 def _enough(base: Hypothesis, first: Begun, least: Hypothesis) -> bool:
     """Return whether a fit may leave none but noise, and keeps nearly all that the best law promises."""
-    most = max(s.gain for s in first.ranked)
-    return least.misfit <= base.noise_known and base.chi2 - least.chi2 >= KEPT * most
+    return least.misfit <= base.noise_known and base.chi2 - least.chi2 >= KEPT * first.most
 
 
 def all_tried(base: Hypothesis, first: Begun) -> bool:
     """Return whether all that promises a part of the best has raced: first fits of a large mismatch leave some."""
     least = min((h for _, h in first.fitted), key=lambda h: h.chi2)
-    return max(s.gain for s in first.ranked) > LARGE and not _enough(base, first, least)
+    return first.most > LARGE and not _enough(base, first, least)
 
 
 def rest(
-    bench: Bench, base: Hypothesis, first: Begun, fitted: Sequence[tuple[Correction, Hypothesis]] = (),
-    asked: Callable[[Suspect], bool] = lambda suspect: True, large: float = LARGE,
+    bench: Bench, base: Hypothesis, first: Begun, asked: Callable[[Suspect], bool] = lambda suspect: True,
+    large: float = LARGE,
 ) -> list[Suspect]:  # fmt: skip
-    """Return what promises a part of the best and was not fitted, with the knots the data ask for."""
-    evidence, most = bench.evidence(base), max(s.gain for s in first.ranked)
-    known = {(law.form, law.place) for law, _ in fitted}
+    """Return what promises a part of the best and was not fitted first, with the knots the data ask for."""
+    evidence = bench.evidence(base)
     left = [s for s in overlooked(first.ranked, [*first.asked, *first.worth], large) if asked(s)]
-    left = [s for s in left if (s.correction.form, s.correction.place) not in known]
-    plain = [s.correction.searched or s.gain < SHARPENED * most for s in left]
+    plain = [s.correction.searched or s.gain < SHARPENED * first.most for s in left]
     return [s if kept else finer(evidence, s, first.noise) for s, kept in zip(left, plain, strict=True)]
 
 

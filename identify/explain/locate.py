@@ -154,7 +154,9 @@ def _others(bench: Bench, found: Located) -> Located:
     base, first = found.base, bench.remembered(begun, found.base)
     if not first.ranked or all_tried(base, first):
         return found
-    raced_on = raced(bench, base, rest(bench, base, first, found.fitted, large=0.0), -inf)
+    known = {(law.form, law.place) for law, _ in found.fitted}
+    left = rest(bench, base, first, lambda s: (s.correction.form, s.correction.place) not in known, 0.0)
+    raced_on = raced(bench, base, left, -inf)
     others = [(s, h) for s, h in raced_on if steady(base, s.correction, h)]
     fitted = ended(bench, [*found.fitted, *((s.correction, h) for s, h in others)])
     prices = (*found.prices, *(s.worth(first.noise)[1] for s, _ in others))
