@@ -199,8 +199,8 @@ class Bench:
         return not explainable(self.suspects(hypothesis))
 
     def of_kinds(self, kinds: Iterable[type[Effect]]) -> "Bench":
-        """Return the bench with other kinds, on which what corrections of free form promise does not hang."""
-        told = {key: answer for key, answer in self.asked.items() if key[0] is _suspects}
+        """Return the bench with other kinds, on which what corrections of free form promise and do does not hang."""
+        told = {key: answer for key, answer in self.asked.items() if key[0] is not Bench._round}
         return replace(self, kinds=tuple(kinds), asked=told)
 
     def refined(self, chain: Chain) -> "Bench":

@@ -8,7 +8,7 @@ import numpy as np
 from identify.explain.anew import goes_on
 from identify.explain.bench import Bench
 from identify.explain.carried import carried, differ, price, ratchets, weighed_again
-from identify.explain.free_form import fitted_from, slid_on, with_overtones
+from identify.explain.free_form import FirstFit, GoneOn
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import located
 from identify.explain.round import FORETOLD, Round
@@ -148,5 +148,5 @@ def _fitted(bench: Bench, base: Hypothesis, found: Sequence[Suspect]) -> Iterato
     ranked = sorted(found, key=lambda s: -s.gain)
     likely = with_alike(ranked, ranked[:CLOSELY])
     for s in distinct(evidence, [finer(evidence, s, 1.0) for s in likely]):
-        slid = slid_on(bench, base, s.correction, fitted_from(bench, base, s))
-        yield with_overtones(bench, base, *slid)[1]
+        begun = bench.remembered(FirstFit(s.correction, s), base)
+        yield bench.remembered(GoneOn(s.correction, begun), base)[1]

@@ -6,7 +6,7 @@ its end.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import compress
 from math import log
 
@@ -60,6 +60,30 @@ class Begun:
         return max(s.gain for s in self.ranked)
 
 
+@dataclass(frozen=True)
+class FirstFit:
+    """What does the first fit of a correction leave? It begins at what is promised."""
+
+    correction: Correction
+    found: Suspect = field(compare=False)
+
+    def __call__(self, bench: Bench, base: Hypothesis) -> Hypothesis:
+        """Return the fit on top of a hypothesis."""
+        return fitted_from(bench, base, self.found)
+
+
+@dataclass(frozen=True)
+class GoneOn:
+    """What does a correction leave once its corners or one knot are slid, and overtones are in it?"""
+
+    correction: Correction
+    begun: Hypothesis = field(compare=False)
+
+    def __call__(self, bench: Bench, base: Hypothesis) -> tuple[Correction, Hypothesis]:
+        """Return what it has become, and the fit on top of a hypothesis."""
+        return with_overtones(bench, base, *slid_on(bench, base, self.correction, self.begun))
+
+
 def begun(bench: Bench, base: Hypothesis) -> Begun:
     """Fit the corrections that promise most on top of a hypothesis, none to its end.
 
@@ -80,7 +104,7 @@ def begun(bench: Bench, base: Hypothesis) -> Begun:
     ]
     smooth = {s.correction: s for s in distinct(evidence, sharp)}
     worth = [*smooth.values(), *cornered(evidence, ranked, noise)]
-    fitted = [(s.correction, fitted_from(bench, base, s)) for s in worth]
+    fitted = [(s.correction, bench.remembered(FirstFit(s.correction, s), base)) for s in worth]
     return Begun(p_value, ranked, noise, asked, worth, fitted)
 
 
@@ -101,8 +125,7 @@ def gone_on(
     bench: Bench, base: Hypothesis, first: Begun
 ) -> tuple[Sequence[Suspect], Sequence[tuple[Correction, Hypothesis]]]:
     """Return the corrections that are worth a fit, and their fits; of lines those that are there in all runs alike."""
-    worth, fitted = first.worth, [slid_on(bench, base, correction, h) for correction, h in first.fitted]
-    fitted = [with_overtones(bench, base, correction, h) for correction, h in fitted]
+    worth, fitted = first.worth, [bench.remembered(GoneOn(c, h), base) for c, h in first.fitted]
     least = min((h for _, h in fitted), key=lambda h: h.chi2)
     if left := untried(bench, base, first, least):
         others = raced(bench, base, left)

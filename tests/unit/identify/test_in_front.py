@@ -8,7 +8,7 @@ import pytest
 
 from identify.chain import plain_chain, simulate
 from identify.evidence import Evidence
-from identify.explain import beside
+from identify.explain import beside, free_form
 from identify.explain.corrections import corrections
 from identify.explain.explain import prepared
 from identify.explain.frequencies import LINES
@@ -105,10 +105,11 @@ def test_a_line_at_other_frequencies_goes_along_if_it_promises_nearly_as_much(mo
     large = [suspect(s.correction, 100.0 * s.gain) for s in ranked]
     assert [s.correction.knots for s in overlooked(large, large[1:3])] == [line.correction.knots, near.correction.knots]
     monkeypatch.setattr(beside, "finer", lambda evidence, found, noise: found)
-    monkeypatch.setattr(beside, "fitted_from", lambda bench, base, found: found)
+    monkeypatch.setattr(free_form, "fitted_from", lambda bench, base, found: found)
     for name in ("slid_on", "with_overtones"):
-        monkeypatch.setattr(beside, name, lambda bench, base, law, fitted: (law, fitted))
-    bench = SimpleNamespace(evidence=lambda base: SimpleNamespace(longest_s=2.0))
+        monkeypatch.setattr(free_form, name, lambda bench, base, law, fitted: (law, fitted))
+    longest = SimpleNamespace(longest_s=2.0)
+    bench = SimpleNamespace(evidence=lambda base: longest, remembered=lambda question, base: question(None, base))
     assert list(beside._fitted(bench, None, ranked)) == [line, level, near]
     same = suspect(Line(Place.G1, (50.2,)), 98.0)  # the next bin of one peak
     assert list(beside._fitted(bench, None, [*ranked, same])) == [line, level, near]

@@ -17,6 +17,8 @@ from identify.explain.free_form import (
     LAST,
     NEARLY,
     Begun,
+    FirstFit,
+    GoneOn,
     begun,
     ended,
     fitted_from,
@@ -474,6 +476,19 @@ def test_a_ripple_of_the_gap_is_retuned_beside_the_values_it_leaves() -> None:
     assert fitted.misfit < 0.02
     assert tuned.knots[0] == pytest.approx(86.3, abs=0.01)
     assert retuned(there.evidence(fitted), base.fit.chain, tuned) is None
+
+
+def test_a_correction_is_fitted_once_whoever_asks() -> None:
+    """A line with overtones takes half a minute; whether chance is at work is asked before where the mismatch is."""
+    there = bench(Concealed("giving_contact", {"tau": 1e-3}))
+    base, law = there.fitted(there.plain, ()), Giving(Place.F, (6e-4,))
+    found = suspect(there.evidence(base), law)
+    once = there.remembered(FirstFit(law, found), base)
+    slid = there.remembered(GoneOn(law, once), base)
+    other = there.of_kinds(())
+    assert other.remembered(FirstFit(law, replace(found, looks=1.0)), base) is once
+    assert other.remembered(GoneOn(law, once), base) is slid
+    assert other.remembered(FirstFit(Giving(Place.F, (7e-4,)), found), base) is not once
 
 
 @pytest.mark.parametrize("begins_s", [6e-4, 1.5e-3])
