@@ -31,6 +31,7 @@ ROUNDED = 5e-4  # of a misfit: by as much the right correction may be behind one
 UNFINISHED = 2  # power of the share that the best leaves of what another is behind: odds where it leaves some
 TEMPER = 0.05  # of a log likelihood: corrections are families near the truth, not the truth
 EASILY = 3e4  # of chi-squared, that no laws explain which stand in for others, without leaving some of it
+LESSER = 0.5  # of a mismatch, that the larger of two laws leaves at most
 BEHIND, NEARER = 1e3, 1.0  # of chi-squared, or times what is to be left, by which a first fit may be behind that
 
 
@@ -216,6 +217,22 @@ def within_reach(bench: Bench, base: Hypothesis, chi2: float) -> bool:
         return True
     behind = max(BEHIND, NEARER * (chi2 - base.count))
     return any(h.chi2 - chi2 < behind for h in first_fits(bench, base))
+
+
+def told_by_one(bench: Bench, start: Hypothesis, laws: Hypothesis) -> bool:
+    """Return whether a first fit of one correction leaves none but noise of a mismatch, and laws leave most of it.
+
+    Two laws at different places are more than one correction can make, and the larger of them tells more than half: it
+    is one thing then, and none of the laws. What acts by chance tells what it may have made, and is not asked.
+    """
+    if laws.swell > 1.0:
+        return False
+    promised = max((s.gain for s in bench.suspects_near(start, SAME * start.chi2)[1]), default=0.0)
+    if start.chi2 - laws.chi2 >= LESSER * promised and laws.proven <= LESSER * start.proven:
+        return False
+    start = bench.again(start)
+    alone = [h for h in first_fits(bench, start) if h.misfit < h.noise_known]
+    return any(laws.chi2 - h.chi2 > LESSER * (start.chi2 - h.chi2) for h in alone)
 
 
 def first_fits(bench: Bench, base: Hypothesis) -> list[Hypothesis]:

@@ -11,7 +11,7 @@ from identify.explain.bench import Bench
 from identify.explain.decide import decided
 from identify.explain.exchange import exchanged
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.locate import first_fits, located, within_reach
+from identify.explain.locate import first_fits, located, told_by_one, within_reach
 from identify.explain.neighbours import resettled
 from identify.explain.prune import pruned
 from identify.explain.round import WHOLE, Round, counts
@@ -21,7 +21,6 @@ from identify.explain.wander import all_wanders
 MOST_EFFECTS = 3
 ALL = 0.8  # of what is left, that a law has to explain together with as many like it as may follow
 FAR_LESS = 0.5  # of what laws leave, from below which a single correction shows that they are not the physics
-LESSER = 0.5  # of a mismatch, that the larger of two laws leaves at most
 STUCK = 0.1  # share of what an effect explains that the plain model explains as well, fitted from there
 
 Note = Callable[[str, float], None]
@@ -39,7 +38,7 @@ def selected(
     """
     best, rounds = start, list[Round]()
     for number in range(most):
-        if number and _is_one(bench, start, best):
+        if number and told_by_one(bench, start, best):
             break
         note(f"trying effects, round {number + 1}", 0.15 + 0.15 * number)
         part = ALL / (MOST_EFFECTS - number) if number else 0.0
@@ -94,17 +93,6 @@ def _unended(bench: Bench, this: Round) -> Hypothesis | None:
         return None
     plain = bench.without(this.best, this.best.effects[-1])
     return plain if this.base.chi2 - plain.chi2 > STUCK * (this.base.chi2 - this.best.chi2) else None
-
-
-def _is_one(bench: Bench, start: Hypothesis, best: Hypothesis) -> bool:
-    """Return whether a first fit of one correction leaves none but noise of a mismatch of which laws tell little.
-
-    Two laws at different places are more than one correction can make, and the larger one tells most of them: no
-    further law is to be looked for.
-    """
-    if best.swell > 1.0 or best.proven <= LESSER * start.proven:
-        return False
-    return any(h.misfit < h.noise_known for h in first_fits(bench, bench.again(start)))
 
 
 def _hopeless(bench: Bench, start: Hypothesis, best: Hypothesis) -> float:

@@ -8,7 +8,7 @@ from identify.effects.effect import Effect
 from identify.explain.anew import goes_on
 from identify.explain.bench import Bench
 from identify.explain.hypothesis import LEAST_TOLD, STRONG, Hypothesis
-from identify.explain.locate import SAME, Located, first_fits, located, within_reach
+from identify.explain.locate import SAME, Located, located, told_by_one, within_reach
 from identify.explain.rivals import left_to_explain, unheard
 from identify.explain.round import FORETOLD, Round
 from identify.explain.suspect import is_fine
@@ -74,12 +74,12 @@ def warranted(bench: Bench, plain: Hypothesis, final: Hypothesis, rounds: list[R
 def _challenged(bench: Bench, plain: Hypothesis, names: Hypothesis) -> bool:
     """Return whether a correction of free form promises, to first order, more than one name explains, numbers paid for.
 
-    Or its first fit leaves none but noise where the name leaves more. Not where it acts by chance, which no law
+    Or its first fit leaves none but noise of what the name hardly tells. Not where it acts by chance, which no law
     foretells.
     """
     if not names.effects or names.swell > 1.0:
         return False
-    if names.proven and any(h.misfit < h.noise_known for h in first_fits(bench, plain)):
+    if told_by_one(bench, plain, names):
         return True
     asked_of, ranked = bench.suspects_near(plain, SAME * plain.chi2)
     told = asked_of - names.chi2 - _price(plain, names)

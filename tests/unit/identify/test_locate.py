@@ -28,7 +28,7 @@ from identify.explain.free_form import (
     with_corners,
 )
 from identify.explain.frequencies import ripple_hz
-from identify.explain.locate import BEHIND, EASILY, NEARER, Located, located, within_reach
+from identify.explain.locate import BEHIND, EASILY, NEARER, Located, located, told_by_one, within_reach
 from identify.explain.moments import where
 from identify.explain.prove import proven
 from identify.explain.rivals import left_to_explain
@@ -113,6 +113,30 @@ def test_a_correction_far_behind_names_after_a_first_fit_is_not_gone_after(monke
         assert within_reach(replace(there, asked={}), told, much) is reached
     little = replace(plain, chi2=much + 0.9 * EASILY)
     assert within_reach(there, little, much)  # other laws might make that little
+
+
+@pytest.mark.parametrize(
+    ("promised", "there", "law", "free", "one"),
+    [
+        (1.0, 1.0, 0.8, 0.005, True),
+        (0.01, 1.0, 0.8, 0.005, True),  # far above the noise first order promises little
+        (0.04, 0.05, 0.035, 0.002, True),  # what the noise's variance is known to may hide it
+        (1.0, 1.0, 0.3, 0.005, False),  # the larger of two laws: a delay and its drift are one correction
+        (0.05, 0.05, 0.005, 0.002, False),  # the law leaves none but noise
+        (1.0, 1.0, 0.8, 0.05, False),  # the correction leaves more than that
+    ],
+)
+def test_it_is_one_thing_where_one_correction_makes_what_laws_hardly_tell(
+    promised: float, there: float, law: float, free: float, one: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    on = bench()
+    plain = on.fitted(on.plain, ())
+    start, laws, told = (replace(plain, chi2=(1.0 + misfit) * plain.count) for misfit in (there, law, free))
+    promise = Suspect(LevelMap(Place.F, (-5.0, 0.0, 5.0)), np.ones(1), np.array([promised * plain.count]), {})
+    monkeypatch.setattr(Bench, "suspects_near", lambda *_: (start.chi2, [promise]))
+    monkeypatch.setattr("identify.explain.locate.first_fits", lambda *_: [told])
+    assert told_by_one(on, start, laws) is one
+    assert not told_by_one(on, start, replace(laws, swell=2.0))
 
 
 def test_a_bent_border_is_located_at_f_and_proven_on_another_run() -> None:

@@ -20,7 +20,7 @@ from identify.explain.prune import simplified
 from identify.explain.race import DECISIVE
 from identify.explain.rivals import odds
 from identify.explain.round import Round, lagging, outdone, ranked, richer, unforeseen
-from identify.explain.select import _belongs, _explainable, _hopeless, _is_one, _settled, selected
+from identify.explain.select import _belongs, _explainable, _hopeless, _settled, selected
 from identify.explain.suspect import Suspect
 from identify.fit import chi_squared
 from identify.holdout import split
@@ -588,25 +588,6 @@ def test_what_first_fits_show_already_is_not_sought_further(bench: Bench, monkey
     for near, told in ((True, last.chi2), (False, 0.0)):  # first fits do not show it: are they near enough to go on?
         monkeypatch.setattr("identify.explain.select.within_reach", lambda *_, near=near: near)
         assert _hopeless(bench, start, best) == told
-
-
-@pytest.mark.parametrize(
-    ("law", "free", "one"),
-    [
-        (0.8, 0.005, True),
-        (0.3, 0.005, False),  # the larger of two laws tells most: one correction may make both, a delay and its drift
-        (0.8, 0.05, False),  # it leaves more than noise
-        (0.005, 0.001, False),  # the law leaves none
-    ],
-)
-def test_no_second_law_is_looked_for_where_one_correction_makes_what_the_first_hardly_tells(
-    bench: Bench, law: float, free: float, one: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    start = bench.fitted(bench.plain, ())
-    all_of_it, best, told = (replace(start, chi2=(1.0 + misfit) * start.count) for misfit in (1.0, law, free))
-    monkeypatch.setattr("identify.explain.select.first_fits", lambda *_: [told])
-    assert _is_one(bench, all_of_it, best) is one
-    assert not _is_one(bench, all_of_it, replace(best, swell=2.0))
 
 
 @pytest.mark.parametrize(("left", "ends"), [(0.1, False), (0.4, True)])

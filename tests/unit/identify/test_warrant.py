@@ -113,19 +113,19 @@ def test_no_name_is_earned_where_a_correction_elsewhere_does_better_without_it(
 
 
 @pytest.mark.parametrize(
-    ("count", "promised", "first", "alone", "earned"),
+    ("count", "promised", "one", "alone", "earned"),
     [
-        (2, 0.0, 0.05, -2000.0, False),  # were two names right, no single correction could do better
-        (2, 0.0, 0.05, 5.0, False),  # nor as well: that two laws came together is a coincidence
-        (2, 0.0, 0.05, 20.0, True),
-        (1, 1.1, 0.05, -2000.0, False),  # nor were one
-        (1, 1.1, 0.05, 20.0, True),
-        (1, 0.9, 0.05, -2000.0, True),  # which is not asked where none promises as much
-        (1, 0.9, 0.005, -2000.0, False),  # unless its first fit leaves none but noise
+        (2, 0.0, False, -2000.0, False),  # were two names right, no single correction could do better
+        (2, 0.0, False, 5.0, False),  # nor as well: that two laws came together is a coincidence
+        (2, 0.0, False, 20.0, True),
+        (1, 1.1, False, -2000.0, False),  # nor were one
+        (1, 1.1, False, 20.0, True),
+        (1, 0.9, False, -2000.0, True),  # which is not asked where none promises as much
+        (1, 0.9, True, -2000.0, False),  # unless its first fit shows that it is one thing
     ],
 )
 def test_no_names_are_earned_where_one_correction_does_better_alone(
-    count: int, promised: float, first: float, alone: float, earned: bool, monkeypatch: pytest.MonkeyPatch
+    count: int, promised: float, one: bool, alone: float, earned: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     walk = observed(recorded(OP_AMP, staircase("walk", FIG13_LEVELS_V, 0.02), (), NOISE_V, seed=7), NOISE_V)
     bench = Bench(chain_of(model_of(OP_AMP)), (walk,), (), tuple(catalogue().values()))
@@ -140,8 +140,7 @@ def test_no_names_are_earned_where_one_correction_does_better_alone(
 
     monkeypatch.setattr(Bench, "suspects", lambda bench, base: [promise])
     monkeypatch.setattr("identify.explain.warrant.located", left)
-    begun = replace(base, chi2=(1.0 + first) * base.count)
-    monkeypatch.setattr("identify.explain.warrant.first_fits", lambda *asked: [begun])
+    monkeypatch.setattr("identify.explain.warrant.told_by_one", lambda *asked: one)
     monkeypatch.setattr("identify.explain.warrant.within_reach", lambda *asked: True)
     found = warranted(bench, base, names, [Round(base, 0, (names,), settled=names)])
     assert (found.hypothesis.effects == effects) is earned
@@ -149,7 +148,7 @@ def test_no_names_are_earned_where_one_correction_does_better_alone(
     monkeypatch.setattr("identify.explain.warrant.within_reach", lambda bench, base, chi2: bool(asked.append(chi2)))
     found = warranted(bench, base, names, [Round(base, 0, (names,), settled=names)])
     assert found.hypothesis.effects == effects  # none is gone after whose first fit is far behind the names
-    assert asked == ([names.chi2] if promised != 0.9 or first < 0.01 else [])
+    assert asked == ([names.chi2] if promised != 0.9 or one else [])
 
 
 @pytest.mark.parametrize(("slow", "strays"), [
