@@ -34,16 +34,20 @@ class Source(Stage):
 
 
 def delay_line(whole: int) -> Run:
-    """Return a pure shift by ``whole`` instants, of a signal that was 0 before."""
-    past = np.zeros(whole)
+    """Return a pure shift by ``whole`` instants, of a signal that was 0 before.
+
+    What is kept is never longer than what was played: first order may ask for a delay of years.
+    """
+    past, silent = np.empty(0), whole
 
     def run(block: Block) -> Array:
-        nonlocal past
+        nonlocal past, silent
         if whole == 0:
             return block.signal
-        joined = np.concatenate((past, block.signal))
-        past = joined[joined.size - whole :]
-        return joined[: block.signal.size]
+        zeros = min(silent, block.signal.size)
+        joined, out = np.concatenate((past, block.signal)), block.signal.size - zeros
+        past, silent = joined[out:], silent - zeros
+        return np.concatenate((np.zeros(zeros), joined[:out])) if zeros else joined[:out]
 
     return run
 

@@ -23,6 +23,7 @@ from identify.observe import Observation, weighed
 from identify.spectrum import highest_peak_hz
 from identify.stage import Place, Stage
 from identify.taps import Taps
+from identify.thinning import thinned
 from identify.trace import Array
 
 SUBSTEPS = 1  # candidates are compared on the samples' own grid: the comparison needs no finer one
@@ -242,3 +243,10 @@ class Evidence(FirstOrder):
     def parts(self) -> list[tuple[str, slice]]:
         """Return the stretch of the joined residual that belongs to each run."""
         return [(o.trace.name, part) for o, part in zip(self.observations, self._taps.parts, strict=True)]
+
+
+def evidence_of(fitted: Fit, observations: Sequence[Observation]) -> Evidence:
+    """Return what the residual of a fit tells, of as few samples as tell all of it."""
+    few = thinned(fitted, observations)
+    evidence = Evidence(fitted, few.observations, observations)
+    return evidence if few.whole else evidence.fine

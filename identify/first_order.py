@@ -17,6 +17,7 @@ from identify.discretise import Matrix
 from identify.fit import Fit
 from identify.trace import Array, Mask
 
+Cube = NDArray[np.float64]  # of three axes
 ALL = slice(None)
 FARTHEST = 0.5  # of a search coordinate, that a fitted parameter is moved to first order
 
@@ -137,6 +138,16 @@ class FirstOrder(ABC):
         mimic = products.mimic
         asked = cho_solve(self._normal, np.column_stack([mimic, self._pull - made]))
         return products.square - mimic.T @ asked[:, :-1], products.along - mimic.T @ asked[:, -1]
+
+    def less_plain_each(self, squares: Cube, alongs: Matrix, mimics: Cube) -> tuple[Cube, Matrix]:
+        """Return the same of many sets of rows at once, shapes (w, m, m), (w, m) and (w, p, m)."""
+        if not self.fitted.coordinates:
+            return squares, alongs
+        count, fitted, rows = mimics.shape
+        flat = mimics.transpose(1, 0, 2).reshape(fitted, count * rows)
+        asked = np.asarray(cho_solve(self._normal, flat)).reshape(fitted, count, rows).transpose(1, 2, 0)
+        pulled = np.asarray(cho_solve(self._normal, self._pull))
+        return squares - asked @ mimics, alongs - pulled @ mimics
 
     def followed(self, chain: Chain, change: Array) -> Chain:
         """Return ``chain`` with the fitted parameters moved to first order to where its ``change`` asks them to be."""

@@ -1,9 +1,11 @@
 """At which frequencies does a residual have its power?"""
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import next_fast_len, rfft
-from scipy.signal import zoom_fft
+from scipy.signal import ZoomFFT
 
 from identify.trace import Array, Mask
 
@@ -35,9 +37,17 @@ def turned(products: Turning, use: Mask, sample_s: float, widest_hz: Array, coun
     whole = np.zeros((products.shape[0], -(-use.size // few) * few), dtype=np.complex128)
     whole[:, : use.size][:, use] = products
     coarse = whole.reshape(products.shape[0], -1, few).sum(axis=2)
-    rows = zip(coarse, np.asarray(widest_hz), strict=True)
-    fs = 1.0 / (few * sample_s)
-    return np.array([zoom_fft(row, [-wide, wide], count, fs=fs, endpoint=True) for row, wide in rows])
+    wide, rows = np.unique(widest_hz, return_inverse=True)
+    found = np.empty((products.shape[0], count), dtype=np.complex128)
+    for i, each in enumerate(wide.tolist()):
+        found[rows == i] = _zoom(coarse.shape[1], each, count, 1.0 / (few * sample_s))(coarse[rows == i])
+    return found
+
+
+@lru_cache(maxsize=256)  # runs are as long again and again, and what a transform needs takes longer than the transform
+def _zoom(size: int, widest_hz: float, count: int, rate_hz: float) -> ZoomFFT:
+    """Return the transform of ``size`` samples to ``count`` frequencies from -widest_hz to widest_hz."""
+    return ZoomFFT(size, [-widest_hz, widest_hz], count, fs=rate_hz, endpoint=True)
 
 
 def matched(

@@ -16,7 +16,7 @@ from scipy.linalg import LinAlgError
 from identify.candidates import Candidate, candidates
 from identify.chain import Chain
 from identify.effects.effect import Effect
-from identify.evidence import Evidence
+from identify.evidence import Evidence, evidence_of
 from identify.explain.chance import as_large, scatters_more
 from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
 from identify.explain.promise import Promise, promised, together
@@ -39,7 +39,6 @@ from identify.explain.weights import Carried
 from identify.fit import Fit, fit
 from identify.observe import Observation, refined
 from identify.stepping import alike, coarsened
-from identify.thinning import thinned
 
 Told = TypeVar("Told")
 
@@ -47,6 +46,7 @@ ITERATIONS = 40
 ENOUGH = 0.3  # of chi-squared: steps that gain less together change no odds
 COARSER = 4  # instants of a grid to one of that on which a fit is searched
 ROUGHER = 4  # of the latter to one of that on which its slopes are taken
+LATEST = "evidence", 0  # among what was asked
 ROUNDS = 3  # of measuring what finer grids add, at most
 
 
@@ -137,10 +137,14 @@ class Bench:
         return chain.with_values(known)
 
     def evidence(self, base: Hypothesis) -> Evidence:
-        """Return what the residual of a hypothesis tells, of as few samples as tell all of it."""
-        few = thinned(base.fit, self.observations)
-        evidence = Evidence(base.fit, few.observations, self.observations)
-        return evidence if few.whole else evidence.fine
+        """Return what the residual of a hypothesis tells, of as few samples as tell all of it.
+
+        That of the last one is kept: it is asked many things in a row, and each computes a part of it.
+        """
+        if self.asked.get(LATEST, (None,))[0] is not base:
+            self.asked[LATEST] = base, evidence_of(base.fit, self.observations)
+        latest: Evidence = self.asked[LATEST][1]
+        return latest
 
     def suspects(self, base: Hypothesis) -> list[Suspect]:
         """Return what every correction of free form promises on top of a hypothesis; asked again, it is remembered.

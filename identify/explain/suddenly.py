@@ -10,9 +10,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.discretise import Matrix
 from identify.evidence import Evidence
 from identify.explain.corrections import free_name, slowest_s
-from identify.first_order import Products
+from identify.first_order import Cube
 from identify.trace import Array
 from identify.unnamed.correction import Correction
 from identify.unnamed.sudden import SUDDEN, SuddenDynamics
@@ -74,10 +75,12 @@ def _gains(evidence: Evidence, law: Correction, order: Indices, starts: Indices)
     square = np.array([later(rows * row) for row in rows])
     along = later(rows * evidence.residual[order])
     mimic = np.array([later(rows * slope[order]) for slope in evidence.slopes]).reshape(-1, *along.shape)
-    parts = [Products(square[..., i], along[..., i], mimic[..., i]) for i in range(starts.size)]
-    return np.array([_gain(*evidence.less_plain(part)) for part in parts])
+    return _told(*evidence.less_plain_each(square.T, along.T, mimic.transpose(2, 0, 1)))
 
 
-def _gain(matrix: Array, right: Array) -> float:
-    """Return the fall of chi-squared along rows of a curvature and a slope, as far as the data tell them."""
-    return float(right @ np.linalg.pinv(matrix, rcond=SEEN, hermitian=True) @ right)
+def _told(matrices: Cube, rights: Matrix) -> Array:
+    """Return the fall of chi-squared by curvatures (w, m, m) and slopes (w, m), as far as the data tell them."""
+    values, vectors = np.linalg.eigh(matrices)
+    pulls = np.einsum("wij,wi->wj", vectors, rights)
+    seen = values > SEEN * np.max(np.abs(values), axis=1, keepdims=True)
+    return np.asarray(np.sum(np.square(pulls) / np.where(seen, values, np.inf), axis=1))

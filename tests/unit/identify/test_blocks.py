@@ -99,6 +99,13 @@ def test_a_late_block_does_not_see_how_the_signal_is_cut(sizes, steps):
     assert np.allclose(np.concatenate([ask(run, piece) for piece in pieces]), whole, rtol=0, atol=1e-12)
 
 
+def test_a_delay_of_years_is_silence():
+    """First order leads to such a one now and then; a line that held all of it would take 40 TiB."""
+    run, _ = begun(late_block((1.0,), (TAU_S, 1.0), fixed_s=5.5e8), shape=Ramp())
+    assert not ask(run, np.ones(100)).any()
+    assert not ask(run, np.ones(100), 100).any()
+
+
 def test_parameters_of_a_linear_block_are_its_coefficients_by_power():
     assert [p.name for p in G1.parameters()] == ["G1.den.s2", "G1.den.s1", "G1.num.s1"]
     assert [p.unit for p in G1.parameters()] == ["s^2", "s^1", "s^1"]
