@@ -5,18 +5,22 @@ from functools import cache
 
 import numpy as np
 
+from identify.candidates import candidates
 from identify.explain.anew import goes_on
 from identify.explain.bench import Bench
 from identify.explain.carried import carried, differ, price, ratchets, weighed_again
 from identify.explain.free_form import FirstFit, GoneOn
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import located
-from identify.explain.round import FORETOLD, Round
+from identify.explain.promise import promised
+from identify.explain.race import raced
+from identify.explain.round import FORETOLD, Round, hopeful
 from identify.explain.select import MOST_EFFECTS, Selected, selected
 from identify.explain.sought import distinct, finer
 from identify.explain.suspect import Suspect, is_fine, with_alike
 from identify.explain.wander import changes, unrepeated
 
+HOPES = 4  # laws that are fitted to see whether one foretells what noise would be believed to have made
 CLOSELY = 2  # laws that are fitted to their end in the place of noise in front of the gap
 SCATTERED = 0.05  # of what is left, by which repeats differ at least where noise in front of the gap has made it
 CLEARLY = 3.0  # times what chance may hide in repeats, by which they differ at least where a law is held against it
@@ -108,9 +112,14 @@ def foretelling(bench: Bench) -> Bench:
 
 
 def foretold(bench: Bench, plain: Hypothesis) -> bool:
-    """Return whether a law foretells most of what repeats differ by: one may leave something of itself for the next."""
+    """Return whether a law foretells most of what repeats differ by: one may leave something of itself for the next.
+
+    Only those that promise most are fitted: where noise has made what is left, all else would be for nothing.
+    """
     before = float(np.sum(changes(plain.fit.chain, bench.observations)[:, 0]))
-    likely = [h for h in bench.round(plain).tried if not h.effects[-1].by_chance][:CLOSELY]
+    evidence, kinds = bench.evidence(plain), foretelling(bench).kinds
+    hopes = [promised(evidence, c) for c in hopeful(candidates(evidence, kinds), len(bench.observations))]
+    likely = raced(bench, plain, sorted(hopes, key=lambda p: -p.gain)[:HOPES])
     left = (float(np.sum(changes(h.fit.chain, bench.observations)[:, 0])) for h in likely)
     return any(before - rest > FORETOLD * before for rest in left)
 
