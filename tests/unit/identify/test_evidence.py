@@ -83,6 +83,8 @@ def test_without_parameters_nothing_is_projected_out():
     rigid = evidence_of(fixed=("G1", "F", "G2"))
     rows = np.ones((1, rigid.residual.size))
     assert rigid.without_plain(rows) is rows
+    matrices, rights = np.ones((2, 1, 1)), np.ones((2, 1))
+    assert rigid.less_plain_each(matrices, rights, np.zeros((2, 0, 1))) == (matrices, rights)
     assert rigid.left == pytest.approx(rigid.residual @ rigid.residual)
 
 
@@ -261,3 +263,14 @@ def test_every_form_of_a_capacitor_begins_with_the_law_that_is_there():
         (start,) = effect.starts(seen)
         assert start["k2"] == pytest.approx(2e-3, rel=0.5)
         assert 0.3 < start["tau"] / 2e-3 < 3.0
+
+
+def test_many_sets_of_rows_are_freed_of_the_plain_values_as_each_alone(drifting):
+    rng = np.random.default_rng(0)
+    sets = [drifting.products_of(rng.normal(size=(3, drifting.residual.size))) for _ in range(4)]
+    stacked = (np.array([getattr(one, name) for one in sets]) for name in ("square", "along", "mimic"))
+    matrices, rights = drifting.less_plain_each(*stacked)
+    for one, matrix, right in zip(sets, matrices, rights, strict=True):
+        alone = drifting.less_plain(one)
+        assert np.allclose(matrix, alone[0], rtol=1e-9)
+        assert np.allclose(right, alone[1], rtol=1e-9)

@@ -502,6 +502,15 @@ def test_a_ripple_of_the_gap_is_retuned_beside_the_values_it_leaves() -> None:
     assert retuned(there.evidence(fitted), base.fit.chain, tuned) is None
 
 
+def test_what_a_residual_tells_is_kept_for_the_next_question() -> None:
+    there = bench(Concealed("giving_contact", {"tau": 1e-3}))
+    base = there.fitted(there.plain, ())
+    told, other = there.evidence(base), replace(base)
+    assert there.evidence(base) is told
+    assert there.evidence(other) is not told
+    assert there.evidence(base) is not told  # that of the last one alone: it is as large as the recordings
+
+
 def test_a_correction_is_fitted_once_whoever_asks() -> None:
     """A line with overtones takes half a minute; whether chance is at work is asked before where the mismatch is."""
     there = bench(Concealed("giving_contact", {"tau": 1e-3}))
