@@ -38,8 +38,6 @@ def selected(
     """
     best, rounds = start, list[Round]()
     for number in range(most):
-        if number and told_by_one(bench, start, best):
-            break
         note(f"trying effects, round {number + 1}", 0.15 + 0.15 * number)
         part = ALL / (MOST_EFFECTS - number) if number else 0.0
         least = part * _explainable(bench, best) if number else 0.0
@@ -61,9 +59,16 @@ def selected(
         finer = bench.fine_enough(this.best)
         best = this.best if finer is bench else finer.fitted(this.best.fit.chain, this.best.effects)
         bench, best = finer, resettled(finer, best)
-        if (all_wanders(best, bench.observations) and not best.proven) or (number > 0 and best.swell > 1.0):
-            break  # what chance makes of the rest, no third law tells
+        if number + 1 < most and _is_all(bench, start, best, number):
+            break
     return bench, pruned(bench, best), rounds
+
+
+def _is_all(bench: Bench, start: Hypothesis, best: Hypothesis, number: int) -> bool:
+    """Return whether no law is looked for beside the best of a round: one thing is not two, and chance tells none."""
+    if (all_wanders(best, bench.observations) and not best.proven) or (number > 0 and best.swell > 1.0):
+        return True
+    return told_by_one(bench, start, best)
 
 
 def _settled(
