@@ -630,3 +630,6 @@ def test_no_third_law_is_looked_for_beside_what_chance_makes_of_the_rest(
     monkeypatch.setattr(Bench, "fine_enough", lambda self, *_: self)
     _, final, rounds = selected(bench, start, lambda sentence, share: None)
     assert (len(final.effects), len(rounds)) == (laws, laws)
+    monkeypatch.setattr("identify.explain.select.told_by_one", lambda *_: True)
+    _, final, rounds = selected(bench, start, lambda sentence, share: None)
+    assert (len(final.effects), len(rounds)) == (1, 1)  # one thing is not two
