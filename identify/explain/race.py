@@ -85,7 +85,8 @@ def _extended(bench: "Bench", base: Hypothesis, promise: Promise) -> Hypothesis:
     starts = ((total_chi_squared(chain, bench.observations), chain) for chain in (promise.chain, apart))
     (left, start), (_, other) = sorted(starts, key=itemgetter(0))
     found = bench.fitted(scanned(start, bench.observations, angles), effects, SPRINT)
-    if left > base.chi2 and base.chi2 - found.chi2 < KEPT * promise.gain:
+    apart_begins = start.values != other.values  # else the fit would be the same once more
+    if apart_begins and left > base.chi2 and base.chi2 - found.chi2 < KEPT * promise.gain:
         again = bench.fitted(scanned(other, bench.observations, angles), effects, SPRINT)
         found = min((found, again), key=lambda h: h.chi2)
     begun = effect.completed(found.fit.chain, Evidence(base.fit, bench.observations))
