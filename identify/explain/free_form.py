@@ -6,28 +6,25 @@ its end.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import compress
 from math import log
 
-from identify.chain import Chain
 from identify.evidence import Evidence
 from identify.explain.bench import Bench
 from identify.explain.corners import again, cornered, either_side, slid
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.race import KEPT
+from identify.explain.side_by_side import ITERATIONS, fitted_from, raced
 from identify.explain.sought import distinct, finer, of_one, one_again, retimed, retuned
 from identify.explain.steady import steady
 from identify.explain.suspect import LARGE, LEVEL, Suspect, contenders, is_fine, overlooked, unexplained
 from identify.explain.wander import all_wanders
-from identify.fit import total_chi_squared
-from identify.phases import turned_sines
 from identify.unnamed.correction import Correction
 from identify.unnamed.lines import Line, Wave
 from identify.unnamed.maps import BrokenMap
 from identify.unnamed.sudden import Sudden, SuddenDynamics
 
-ITERATIONS = 8  # a correction is nearly linear in its weights
 NEAR = 2.0  # times the best sum of squares, up to which a search cut short is ended
 MOVED, SLID = 2, 6  # times corners are sought anew, and slid, at most
 WORTH = 0.01  # of what a fit leaves beyond the noise: what was slid by less is there
@@ -36,7 +33,6 @@ NEARLY = 0.995  # of the best promise, that first order may mistake
 MOSTLY = 0.5  # of what is left, that a line explains at least of a wave, and overtones of what that leaves
 SHARPENED = 0.3  # of the best promise, from which what was not fitted first has the knots the data ask for
 NEXT, BESIDE = 0.97, 2  # of what one promises, and how many more of its place are looked at with more knots
-STRIDE, LAST = 3, 3  # iterations of a lap of the race, corrections that come to its end
 
 
 @dataclass(frozen=True)
@@ -170,44 +166,6 @@ def rest(
     left = [s for s in overlooked(first.ranked, [*first.asked, *first.worth], large) if asked(s)]
     plain = [s.correction.searched or s.gain < SHARPENED * first.most for s in left]
     return [s if kept else finer(evidence, s, first.noise) for s, kept in zip(left, plain, strict=True)]
-
-
-def raced(
-    bench: Bench, base: Hypothesis, others: Sequence[Suspect], enough: float | None = None
-) -> list[tuple[Suspect, Hypothesis]]:
-    """Fit corrections side by side, a few iterations at a time, the better half each time further; return the last.
-
-    As soon as one leaves no more than ``enough``, a misfit, all are as far as they are: that of noise, unless given.
-    Where a mismatch is large the plain values stand in for it, and first order does not lead back from there: how much
-    a correction promises says little of what it explains once all values may follow.
-    """
-    running = [(s, fitted_from(bench, base, s, STRIDE)) for s in others]
-    enough = base.noise_known if enough is None else enough
-    while len(running) > LAST and min(h.misfit for _, h in running) > enough:
-        ahead = sorted(running, key=lambda pair: pair[1].chi2)[: max(len(running) // 2, LAST)]
-        running = [(s, bench.fitted(h.fit.chain, base.effects, STRIDE)) for s, h in ahead]
-    return sorted(running, key=lambda pair: pair[1].chi2)[:LAST]
-
-
-def fitted_from(bench: Bench, base: Hypothesis, found: Suspect, iterations: int = ITERATIONS) -> Hypothesis:
-    """Fit a correction on top of a hypothesis, from what solves the linear problem where that helps."""
-    still = found.correction.put_in(base.fit.chain)
-    solved = still.with_values(found.values)
-    if is_fine(found.correction):
-        return as_it_is(bench, base, solved)
-    helps = total_chi_squared(solved, bench.observations) < base.chi2
-    fitted = bench.fitted(solved if helps else still, base.effects, iterations)
-    if not found.correction.searched:
-        return fitted
-    turned = turned_sines(fitted.fit.chain, bench.observations, [p.name for p in found.correction.parameters()])
-    return fitted if turned is fitted.fit.chain else min(
-        (fitted, bench.fitted(turned, base.effects, iterations)), key=lambda h: h.chi2
-    )  # fmt: skip
-
-
-def as_it_is(bench: Bench, base: Hypothesis, chain: Chain) -> Hypothesis:
-    """Return a table as fine as the data on top of a hypothesis: it holds the answer already."""
-    return replace(base, fit=replace(base.fit, chain=chain), chi2=total_chi_squared(chain, bench.observations))
 
 
 def with_corners(

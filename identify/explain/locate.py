@@ -9,10 +9,11 @@ from functools import cached_property
 from math import exp, inf
 
 from identify.explain.bench import Bench
-from identify.explain.free_form import ITERATIONS, all_tried, as_it_is, begun, ended, gone_on, raced, rest
+from identify.explain.free_form import all_tried, begun, ended, gone_on, rest
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.knowing import ruled_out
 from identify.explain.round import FORETOLD
+from identify.explain.side_by_side import ITERATIONS, as_it_is, raced
 from identify.explain.steady import steady
 from identify.explain.suspect import LEVEL, Suspect, explainable, is_fine
 from identify.stage import Place

@@ -34,13 +34,13 @@ from identify.explain.carried import (
     weighed_again,
 )
 from identify.explain.explain import _found, confirmed, explain, prepared
-from identify.explain.free_form import fitted_from
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located
 from identify.explain.prune import pruned
 from identify.explain.readings import Look, read
 from identify.explain.rivals import _ahead
 from identify.explain.round import Round
+from identify.explain.side_by_side import fitted_from
 from identify.explain.sought import finer
 from identify.explain.suspect import MOST
 from identify.explain.suspects import suspects

@@ -9,10 +9,11 @@ from identify.chain import simulate
 from identify.effects import chain_of
 from identify.explain.bench import Bench
 from identify.explain.corners import again, slid
-from identify.explain.free_form import fitted_from, slid_on, with_corners
+from identify.explain.free_form import slid_on, with_corners
 from identify.explain.locate import DISGUISE, LIKELY, Located, doubted, located
 from identify.explain.prove import proven
 from identify.explain.shape import shape_of
+from identify.explain.side_by_side import fitted_from
 from identify.explain.suspect import suspect
 from identify.stage import Place
 from identify.trace import Step

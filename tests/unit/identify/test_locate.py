@@ -14,15 +14,12 @@ from identify.evidence import Evidence
 from identify.explain.bench import Bench
 from identify.explain.contact import still
 from identify.explain.free_form import (
-    LAST,
     NEARLY,
     Begun,
     FirstFit,
     GoneOn,
     begun,
     ended,
-    fitted_from,
-    raced,
     slid_on,
     untried,
     with_corners,
@@ -33,6 +30,7 @@ from identify.explain.moments import where
 from identify.explain.prove import proven
 from identify.explain.rivals import left_to_explain
 from identify.explain.shape import shape_of
+from identify.explain.side_by_side import LAST, fitted_from, raced
 from identify.explain.sought import retuned
 from identify.explain.survey import surveyed
 from identify.explain.suspect import LARGE, MOST, Suspect, contenders, overlooked, suspect
