@@ -13,28 +13,19 @@ from typing import Any, TypeVar
 import numpy as np
 from scipy.linalg import LinAlgError
 
-from identify.candidates import Candidate, candidates
 from identify.chain import Chain
 from identify.effects.effect import Effect
 from identify.evidence import Evidence, evidence_of
-from identify.explain.chance import as_large, scatters_more
+from identify.explain.chance import scatters_more
 from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
-from identify.explain.promise import Promise, promised, together
-from identify.explain.race import doubled, raced
 from identify.explain.round import (
     Round,
-    hopeful,
-    lagging,
-    outdone,
-    passed_over,
-    promising,
-    ranked,
     richer,
-    unforeseen,
 )
-from identify.explain.suspect import Suspect, explainable, hinted
+from identify.explain.screen import RoundOf
+from identify.explain.suspect import Suspect, explainable
 from identify.explain.suspects import suspects
-from identify.explain.wander import MOSTLY, sizing, unrepeated, without_chance
+from identify.explain.wander import sizing, without_chance
 from identify.explain.weights import Carried
 from identify.fit import Fit, fit
 from identify.observe import Observation, refined
@@ -203,9 +194,8 @@ class Bench:
         return not explainable(self.suspects(hypothesis))
 
     def of_kinds(self, kinds: Iterable[type[Effect]]) -> "Bench":
-        """Return the bench with other kinds, on which what corrections of free form promise and do does not hang."""
-        told = {key: answer for key, answer in self.asked.items() if key[0] is not Bench._round}
-        return replace(self, kinds=tuple(kinds), asked=told)
+        """Return the bench with other kinds: what is asked of either is remembered by both."""
+        return replace(self, kinds=tuple(kinds))
 
     def refined(self, chain: Chain) -> "Bench":
         """Return the bench with grids fine enough for ``chain``."""
@@ -225,49 +215,9 @@ class Bench:
         """Screen effects on the residual of ``base`` and fit those that promise most, ``least`` in chi-squared.
 
         Where no correction of free form finds even a hint of anything, those that may show to none are screened alone.
-        Of what acts by chance that is not asked: first order foresees the mean of it alone. What nothing is asked of is
-        remembered.
+        Of what acts by chance that is not asked: first order foresees the mean of it alone.
         """
-        return self._round(base, least) if least else self.remembered(Bench._round, base)
-
-    def _round(self, base: Hypothesis, least: float = 0.0) -> "Round":
-        """Screen and fit as ``round`` says."""
-        evidence = self.evidence(base)
-        screened = candidates(evidence, self._worth_a_look(base))
-        looks = max(len(screened), sum(len(list(kind.variants())) for kind in self.kinds))
-        runs = len(self.observations)
-        hopes = [promised(evidence, c) for c in hopeful(screened, runs)]
-        scattered = base.proven > 0.0
-        hopes = [p for p in hopes if p.gain + p.slack > least or (scattered and p.candidate.effect.by_chance)]
-        worth = promising(hopes, looks, runs)
-        tried = raced(self, base, worth)
-        late = outdone(hopes, worth, base.chi2 - min((h.chi2 for h in tried), default=base.chi2)) if tried else []
-        worth, tried = [*worth, *late], doubled(self, base, [*tried, *raced(self, base, late, tried)], least)
-        complete = self.complete(min((base, *tried), key=lambda h: h.chi2))
-        if not complete or base.misfit < self.noise_known:
-            wanders = unrepeated(base.fit.chain, self.observations)
-            there = self.explainable(base)
-            unmet = [p.candidate for p in unforeseen(hopes, worth, tried, base, there)]
-            lags = lagging(screened, tried, base, wanders > MOSTLY, there) if there > least else []
-            left = [*unmet, *(c for c in lags if c not in unmet)]
-            starts = [Promise(c, self._begun(base, c, wanders), c.gain) for c in left]
-            tried = [*tried, *raced(self, base, starts, tried)]
-        fitted = [h for h in (*tried, *self.fuller(base, tried)) if self.possible(h)]
-        fitted = [h for h in fitted if base.chi2 - h.chi2 >= self.rough] if self.rough else fitted
-        pairs = () if complete else together(evidence, hopes)
-        return Round(base, looks, ranked(base, fitted), None, passed_over(hopes, worth), pairs)
-
-    def _worth_a_look(self, base: Hypothesis) -> tuple[type[Effect], ...]:
-        """Return the effects that may be there for all that corrections of free form find."""
-        if base.proven or base.swell > 1.0 or self.carried or hinted(self.suspects(base)):
-            return self.kinds
-        return tuple(kind for kind in self.kinds if kind.shapeless)
-
-    def _begun(self, base: Hypothesis, candidate: Candidate, wanders: float) -> Chain:
-        """Return where the fit of a candidate begins: what acts by chance as strong as makes all that wanders."""
-        chain, effect = candidate.effect.put_in(base.fit.chain, candidate.values), candidate.effect
-        changed = wanders * (base.chi2 - base.count)
-        return as_large(chain, effect, self.observations, changed) if effect.by_chance and changed > 0.0 else chain
+        return self.remembered(RoundOf(self.kinds, least), base)
 
     def possible(self, hypothesis: Hypothesis) -> bool:
         """Return whether its effects are there, parts could be so, and none implies more scatter than there is.

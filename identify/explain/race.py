@@ -4,9 +4,11 @@ A few iterations at a time; one that cannot come near the best is not fitted fur
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from operator import itemgetter
 from typing import TYPE_CHECKING
 
+from identify.effects.effect import Effect
 from identify.evidence import Evidence
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.promise import Promise
@@ -34,7 +36,7 @@ def raced(
 
     Near what is best of them, and of what is ``ahead``: fits of the same base that were made before.
     """
-    found = [_extended(bench, base, promise) for promise in promises]
+    found = [bench.remembered(_First(p.candidate.effect, tuple(p.chain.values.items()), p), base) for p in promises]
     hopes = [h.hope for h in found]
     for _ in range(LAPS):
         best = min((*found, *ahead), key=lambda h: h.chi2, default=base)
@@ -70,6 +72,19 @@ def doubled(bench: "Bench", base: Hypothesis, tried: Sequence[Hypothesis], least
             again = bench.fitted(stronger.with_values(base.fit.chain.values), h.effects)
             found[number] = min((h, again), key=lambda one: one.chi2)
     return found
+
+
+@dataclass(frozen=True)
+class _First:
+    """What does the first lap of a law leave, from the values it is promised at?"""
+
+    effect: Effect
+    values: tuple[tuple[str, float], ...]
+    promise: Promise = field(compare=False)
+
+    def __call__(self, bench: "Bench", base: Hypothesis) -> Hypothesis:
+        """Return the fit on top of a hypothesis."""
+        return _extended(bench, base, self.promise)
 
 
 def _extended(bench: "Bench", base: Hypothesis, promise: Promise) -> Hypothesis:

@@ -250,7 +250,7 @@ def test_what_no_first_order_foresees_is_fitted_unless_what_was_fitted_explains_
     tilted: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked: list[int] = []
-    monkeypatch.setattr("identify.explain.bench.unforeseen", lambda hopes, *rest: asked.append(len(hopes)) or [])
+    monkeypatch.setattr("identify.explain.screen.unforeseen", lambda hopes, *rest: asked.append(len(hopes)) or [])
     few = replace(tilted, kinds=(catalogue()["plateau_tilt"],))
     base = few.fitted(few.plain, ())
     assert base.misfit > 0.05

@@ -80,20 +80,24 @@ def test_a_fit_is_continued_only_where_its_slope_promises_more_and_it_gains(benc
         monkeypatch.setattr(race, "_extended", lambda bench, base, promise, left=left: left)
         monkeypatch.setattr(Bench, "fitted", fitted)
         laps.clear()
-        (found,) = raced(bench, base, [promise], known)
+        (found,) = raced(replace(bench, asked={}), base, [promise], known)
         assert len(laps) == count  # none where what is known already is far ahead
         assert found.chi2 == pytest.approx(rail.chi2 - count * gain)
 
 
 @pytest.mark.parametrize(
-    ("level", "kept", "begun"), [(-4.0, KEPT + 0.1, 1), (-4.0, KEPT - 0.1, 2), (-12.0, KEPT - 0.1, 1)]
+    ("level", "kept", "by", "begun"),
+    [
+        (-4.0, KEPT + 0.1, 1.02, 1), (-4.0, KEPT - 0.1, 1.02, 2), (-12.0, KEPT - 0.1, 1.02, 1),
+        (-4.0, KEPT - 0.1, 1.0, 1),
+    ],  # fmt: skip
 )
 def test_a_fit_begins_from_both_sides_where_first_order_keeps_not_what_it_promises(
-    bench, base, rail, monkeypatch, level, kept, begun
+    bench, base, rail, monkeypatch, level, kept, by, begun
 ):
-    """A rail at -4 V leaves more than none, one at -12 V less."""
+    """A rail at -4 V leaves more than none, one at -12 V less; where nothing is promised to move the sides are one."""
     there = RAIL.put_in(base.fit.chain, {"lower": level})
-    moved = there.with_values({"F.S_U": 1.02 * there.values["F.S_U"]})
+    moved = there.with_values({"F.S_U": by * there.values["F.S_U"]})
     starts: list[float] = []
 
     def fitted(bench, chain, effects, iterations):
@@ -116,3 +120,13 @@ def test_a_slew_limit_that_first_order_takes_for_sharp_is_rounded_all_the_same()
     (found,) = raced(bench, base, [Promise(Candidate(law, {}, 0.0), sharp, 0.0)])
     assert abs(found.misfit) < 0.1
     assert found.fit.chain.values["slew_limit.lag"] == pytest.approx(2.6e-3, rel=0.02)
+
+
+def test_a_law_is_fitted_once_from_where_it_is_promised(bench, base, monkeypatch):
+    """Whether it foretells what repeats differ by is asked before a round asks what it explains."""
+    there = RAIL.put_in(base.fit.chain, {"lower": -12.3})
+    promises = [Promise(Candidate(RAIL, {}, gain), there, gain) for gain in (0.0, 1.0)]
+    (first,) = raced(bench, base, promises[:1])
+    monkeypatch.setattr(race, "_extended", lambda *asked: pytest.fail("it was fitted again"))
+    (again,) = raced(bench.of_kinds(()), base, promises[1:])
+    assert again is first

@@ -195,7 +195,7 @@ def test_no_law_is_tried_where_no_correction_has_even_a_hint_of_it(bench, monkey
     found = [Suspect(LevelMap(Place.F, (-1.0, 0.0, 1.0), "map"), np.ones(3), np.full(3, gain / 3.0), {})]
     monkeypatch.setattr(Bench, "suspects", lambda self, asked: found)
     looked: list[str] = []
-    monkeypatch.setattr("identify.explain.bench.candidates", lambda _, kinds: looked.extend(k.id for k in kinds) or [])
+    monkeypatch.setattr("identify.explain.screen.candidates", lambda _, kinds: looked.extend(k.id for k in kinds) or [])
     this = bench.round(base)
     alone = {"adc_clipping", "adc_quantisation", "clock_skew", "hum", "process_noise"}
     assert {*looked} == (set(catalogue()) if every else alone)
@@ -353,7 +353,7 @@ def test_a_lag_is_fitted_where_first_order_promises_nothing(monkeypatch):
     late = observed(recorded(OP_AMP, walk, (law,), NOISE_V, seed=13), NOISE_V)
     there = Bench(chain_of(model_of(OP_AMP)), (late,), (), kinds)
     there = there.refined(there.plain)
-    monkeypatch.setattr("identify.explain.bench.hopeful", lambda screened, runs: [])
+    monkeypatch.setattr("identify.explain.screen.hopeful", lambda screened, runs: [])
     this = there.round(there.fitted(there.plain, ()))
     assert {h.names for h in this.tried} == {("rate_dependent_gap",), ("dead_time",)}
     assert this.tried[0].fit.chain.values["rate_dependent_gap.k"] == pytest.approx(1e-3, rel=0.01)
@@ -397,14 +397,14 @@ def test_what_promises_more_than_the_best_fit_kept_is_fitted_too(bench, monkeypa
         fall = {DIODE: 100.0, RAIL: 290.0}
         return [replace(rail, chi2=base.chi2 - fall[p.candidate.effect]) for p in promises]
 
-    monkeypatch.setattr("identify.explain.bench.raced", raced)
-    monkeypatch.setattr("identify.explain.bench.hopeful", lambda screened, runs: [first, second, third])
-    monkeypatch.setattr("identify.explain.bench.promised", lambda evidence, hope: hope)
-    monkeypatch.setattr("identify.explain.bench.promising", lambda hopes, tried, runs: [first])
-    monkeypatch.setattr("identify.explain.bench.doubled", lambda bench, base, tried, least: list(tried))
+    monkeypatch.setattr("identify.explain.screen.raced", raced)
+    monkeypatch.setattr("identify.explain.screen.hopeful", lambda screened, runs: [first, second, third])
+    monkeypatch.setattr("identify.explain.screen.promised", lambda evidence, hope: hope)
+    monkeypatch.setattr("identify.explain.screen.promising", lambda hopes, tried, runs: [first])
+    monkeypatch.setattr("identify.explain.screen.doubled", lambda bench, base, tried, least: list(tried))
     monkeypatch.setattr(Bench, "fuller", lambda self, base, tried: [])
-    monkeypatch.setattr("identify.explain.bench.lagging", lambda *screened: [])
-    monkeypatch.setattr("identify.explain.bench.unforeseen", lambda hopes, *rest: [])
+    monkeypatch.setattr("identify.explain.screen.lagging", lambda *screened: [])
+    monkeypatch.setattr("identify.explain.screen.unforeseen", lambda hopes, *rest: [])
     this = bench.round(base)
     assert asked[:2] == [[first], [second]]
     assert known == [[], [base.chi2 - 100.0], [base.chi2 - 100.0, base.chi2 - 290.0]]  # those behind are not fitted on

@@ -9,6 +9,7 @@ import pytest
 from identify.chain import simulate
 from identify.effects import catalogue, chain_of
 from identify.evidence import Evidence
+from identify.explain import screen
 from identify.explain.bench import Bench
 from identify.explain.chance import as_large, scatter_of
 from identify.explain.confirm import CERTAIN_FALL
@@ -267,8 +268,8 @@ def test_noise_that_first_order_does_not_ask_for_is_begun_with_all_the_same(nois
 
 def test_a_fit_of_what_acts_by_chance_begins_as_large_as_makes_what_differs(noisy, monkeypatch):
     promises = []
-    monkeypatch.setattr("identify.explain.bench.hopeful", lambda screened, runs: [])
-    monkeypatch.setattr("identify.explain.bench.raced", lambda bench, base, worth, *known: promises.extend(worth) or [])
+    monkeypatch.setattr(screen, "hopeful", lambda screened, runs: [])
+    monkeypatch.setattr(screen, "raced", lambda bench, base, worth, *known: promises.extend(worth) or [])
     base = noisy.fitted(noisy.plain, ())
     noisy.round(base)
     (begun,) = promises
