@@ -90,7 +90,7 @@ def test_a_fit_is_continued_only_where_its_slope_promises_more_and_it_gains(benc
     [
         (-4.0, KEPT + 0.1, 1.02, 1), (-4.0, KEPT - 0.1, 1.02, 2), (-12.0, KEPT - 0.1, 1.02, 1),
         (-4.0, KEPT - 0.1, 1.0, 1),
-    ],  # fmt: skip
+    ],
 )
 def test_a_fit_begins_from_both_sides_where_first_order_keeps_not_what_it_promises(
     bench, base, rail, monkeypatch, level, kept, by, begun
