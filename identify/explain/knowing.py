@@ -1,13 +1,15 @@
-"""Does what wanders from repeat to repeat know where F stands?
+"""Does what wanders from repeat to repeat know where F stands, or when it makes contact?
 
 Noise of the reading does not, nor does what comes in behind F. What wanders while w is held in the gap, and is next to
 gone as soon as a border pushes w, has come in at F, or in front of it where it is so quick that G2 passes none of it
-but what the gap has kept. Told from what repeats differ by, so that physics that comes back is in none of it.
+but what the gap has kept. So has what stays as it is until a border takes w along or lets it go, and is another then.
+Told from what repeats differ by, so that physics that comes back is in none of it.
 """
 
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identify.blocks import Play
 from identify.chain import Chain, signals
@@ -20,6 +22,7 @@ from identify.trace import Array, Mask
 SETTLED_S = 0.02  # after which what has been before has passed G2
 FEW = 20  # windows, below which chance may keep what hangs together out of them
 TENTH = 0.1  # of the power elsewhere: a place that has less has none
+LAGS = 16  # windows, by which two that are compared are apart at most
 SURE = 5.0  # standard deviations of chance from which there is some
 
 
@@ -38,10 +41,37 @@ def knows_gap(chain: Chain, observations: Sequence[Observation]) -> bool:
     return most > SURE * _chance(held) and max(least, 0.0) + _chance(pushed) < TENTH * most
 
 
+def knows_contact(chain: Chain, observations: Sequence[Observation]) -> bool:
+    """Return whether what repeats differ by stays until contact is made or broken, and is another from there on.
+
+    Windows as far apart in time are compared, with a contact between them and with none. False where F has no gap, or
+    where repeats are too few.
+    """
+    if chain.stage_of(Play) is None:
+        return False
+    lags, met, squares, alone = np.concatenate([_changes(chain, o) for o in observations], axis=1)
+    lags, at = lags.astype(np.intp), met.astype(np.bool_)
+    counts = [np.bincount(lags[which], minlength=LAGS + 1) for which in (~at, at)]
+    both = np.minimum(*counts)
+    if both.sum() < FEW:
+        return False
+    sums = [np.bincount(lags[which], (squares - alone)[which], LAGS + 1) for which in (~at, at)]
+    shares = [both / np.maximum(n, 1) / both.sum() for n in counts]
+    stays, changes = (float(total @ share) for total, share in zip(sums, shares, strict=True))
+    chance = float(np.mean(alone)) * np.sqrt(2.0 / both.sum())
+    return bool(changes > SURE * chance and max(stays, 0.0) + chance < TENTH * changes)
+
+
+def knows_f(chain: Chain, observations: Sequence[Observation]) -> bool:
+    """Return whether what hangs together in the differences of repeats knows where F stands, or when it makes contact.
+    """
+    return knows_gap(chain, observations) or knows_contact(chain, observations)
+
+
 def ruled_out(chain: Chain, observations: Sequence[Observation]) -> tuple[Place, ...]:
     """Return the places at which a misfit, most of which does not come back, has not come in: those behind F."""
-    in_gap = unrepeated(chain, observations) > MOSTLY and knows_gap(chain, observations)
-    return (Place.G2, Place.SENSE) if in_gap else ()
+    in_front = unrepeated(chain, observations) > MOSTLY and knows_f(chain, observations)
+    return (Place.G2, Place.SENSE) if in_front else ()
 
 
 def _windows(chain: Chain, observation: Observation) -> tuple[Array, Array]:
@@ -59,6 +89,36 @@ def _windows(chain: Chain, observation: Observation) -> tuple[Array, Array]:
     return np.concatenate(found[0], axis=1), np.concatenate(found[1], axis=1)
 
 
+def _changes(chain: Chain, observation: Observation) -> Array:
+    """Return by how much windows of what repeats differ by change from one to another of the same stretch, (4, pairs).
+
+    How many windows apart they are; whether contact is made or broken between them, in either repeat; half the square
+    of the change of their means, V^2, and what single readings alone would make of that.
+    """
+    residual, size = observation.residual(chain), round(DRIFT_S * observation.trace.rate_hz)
+    pushed, held = _pushed_and_held(chain, observation)
+    contacts = _contacts(chain, observation)
+    found = [np.zeros((4, 0))]
+    for once, again, both in compared(observation, residual):
+        differs = (residual[once] - residual[again]) / np.sqrt(2.0)
+        begins = np.sort(np.concatenate([_begins(each[once] & each[again] & both, size) for each in (pushed, held)]))
+        windows = differs[begins[:, None] + np.arange(size)]
+        means, alone = np.mean(windows, axis=1), np.var(windows, axis=1) / max(size - 1, 1)
+        i = np.concatenate([np.arange(max(begins.size - k, 0)) for k in range(1, LAGS + 1)])
+        j = i + np.repeat(np.arange(1, LAGS + 1), [max(begins.size - k, 0) for k in range(1, LAGS + 1)])
+        lags = np.rint((begins[j] - begins[i]) / size)
+        i, j, lags = (each[lags <= LAGS] for each in (i, j, lags))
+        met = np.any([contacts[part][begins[i]] != contacts[part][begins[j]] for part in (once, again)], axis=0)
+        found.append(np.stack((lags, met, 0.5 * np.square(means[j] - means[i]), 0.5 * (alone[i] + alone[j]))))
+    return np.concatenate(found, axis=1)
+
+
+def _contacts(chain: Chain, observation: Observation) -> NDArray[np.int64]:
+    """Return how often a border has taken w along, or let go of it, up to every sample, shape (N,)."""
+    held = still(chain, signals(chain, observation.trace), observation.trace)
+    return np.cumsum(np.diff(held.astype(np.int8), prepend=0) != 0)
+
+
 def _pushed_and_held(chain: Chain, observation: Observation) -> tuple[Mask, Mask]:
     """Return where a border has pushed w for long enough, and where w has been held in the gap for as long."""
     trace = observation.trace
@@ -68,10 +128,14 @@ def _pushed_and_held(chain: Chain, observation: Observation) -> tuple[Mask, Mask
 
 def _powers(values: Array, where: Mask, size: int) -> Array:
     """Return the square of every window's mean, of windows all in one place, and its share of their variance, V^2."""
-    ends = np.flatnonzero(np.diff(where.astype(np.int8), prepend=0, append=0)).reshape(-1, 2)
-    begins = np.concatenate([np.arange(a, b - size + 1, size) for a, b in ends] or [np.zeros(0)]).astype(np.int64)
-    windows = values[begins[:, None] + np.arange(size)]
+    windows = values[_begins(where, size)[:, None] + np.arange(size)]
     return np.stack((np.square(np.mean(windows, axis=1)), np.var(windows, axis=1) / max(size - 1, 1)))
+
+
+def _begins(where: Mask, size: int) -> NDArray[np.int64]:
+    """Return where windows begin that lie side by side in stretches of one place."""
+    ends = np.flatnonzero(np.diff(where.astype(np.int8), prepend=0, append=0)).reshape(-1, 2)
+    return np.concatenate([np.arange(a, b - size + 1, size) for a, b in ends] or [np.zeros(0)]).astype(np.int64)
 
 
 def _chance(windows: Array) -> float:

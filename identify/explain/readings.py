@@ -13,7 +13,7 @@ from identify.colour import Colour
 from identify.effects.effect import Effect
 from identify.explain.bench import Bench
 from identify.explain.hypothesis import Hypothesis
-from identify.explain.knowing import knows_gap
+from identify.explain.knowing import knows_f
 from identify.explain.wander import MOSTLY, unrepeated
 from identify.holdout import Split, settling_s, split
 from identify.model import Model
@@ -154,7 +154,7 @@ def _whitened(
     if ColouredNoise.id not in look.leave_out:
         left = noise_left(*_less(look.against, seen, data.noise.rms_v)) if look.against is not None else None
         noise = left or coloured_noise(seen.training, seen.proof, settle_s)  # repeats are few, what is left is all
-    if noise is None or knows_gap(chain, data.train):
+    if noise is None or knows_f(chain, data.train):
         return _evened(data, seen.noise) if seen.noise else (data, ())
     return _weighed(data, noise.rms_v, noise.rms_v, noise.colour), (noise.blemish,)
 
@@ -184,7 +184,7 @@ def suspected(readings: Readings, leave_out: Sequence[str]) -> float:
     noise = noise_left(*_less(readings.plain.fit.chain, _as_recorded(readings), readings.data.noise.rms_v))
     if noise is None or against_repeats(noise, spectra(readings.traces, readings.settle_s)):
         return 0.0
-    return 0.0 if knows_gap(readings.plain.fit.chain, readings.bench.observations) else noise.told
+    return 0.0 if knows_f(readings.plain.fit.chain, readings.bench.observations) else noise.told
 
 
 def hides_noise(readings: Readings, bench: Bench, hypothesis: Hypothesis, leave_out: Sequence[str]) -> bool:
@@ -194,7 +194,7 @@ def hides_noise(readings: Readings, bench: Bench, hypothesis: Hypothesis, leave_
     noise = noise_left(*_less(hypothesis.fit.chain, _as_recorded(readings), readings.data.noise.rms_v))
     if noise is None or any(noise.blemish.weighs_as(b) for b in _coloured(readings.found)):
         return False
-    if knows_gap(hypothesis.fit.chain, bench.observations):
+    if knows_f(hypothesis.fit.chain, bench.observations):
         return False
     if in_repeats(noise, spectra(readings.traces, readings.settle_s)):
         return True

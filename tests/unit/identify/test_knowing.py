@@ -1,12 +1,13 @@
-"""Is noise of the reading told from what wanders in the gap, by where F stands?"""
+"""Is noise of the reading told from what wanders in the gap or changes at contacts, by what F does?"""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
 from identify.effects import chain_of
-from identify.explain import explain
-from identify.explain.knowing import knows_gap, ruled_out
+from identify.explain import explain, readings
+from identify.explain.knowing import knows_contact, knows_f, knows_gap, ruled_out
 from identify.stage import Place
 from tests.proof.ask import known_effects
 from tests.proof.cases import Concealed
@@ -19,6 +20,7 @@ NOISE_V = 0.004
 WALK, WAVE = staircase("walk", FIG13_LEVELS_V, 0.05, 4), sine("wave", 4.0, 3.0, 4, 1)
 READING = Concealed("coloured_noise", {"sd": 0.01, "slope": 1.8})
 IN_GAP = Concealed("wandering_hold", {"sd": 0.05})
+AT_TURNS = Concealed("scattered_gap", {"sd": 0.0005})
 IN_FRONT = Concealed("process_noise", {"sd": 0.02, "bandwidth": 20.0})
 
 
@@ -40,6 +42,39 @@ def test_noise_of_the_reading_does_not_know_where_f_stands(physics, knows):
     assert knows_gap(chain, seen) is knows
     assert ruled_out(chain, seen) == ((Place.G2, Place.SENSE) if knows else ())
     assert not knows_gap(chain, seen[1:])  # of a sine alone too little is held
+
+
+@pytest.mark.parametrize(
+    ("physics", "knows"),
+    [
+        ((), False), ((READING,), False), ((IN_FRONT,), False), ((IN_GAP,), False), ((AT_TURNS,), True),
+        ((AT_TURNS, READING), False),
+    ],
+)  # fmt: skip
+def test_noise_of_the_reading_does_not_know_when_contact_is_made(physics, knows):
+    """A border that is met elsewhere at every turn leaves w off by as much until it is met again."""
+    chain, seen = chain_of(model_of(OP_AMP)), [observed(run, NOISE_V) for run in runs(physics)]
+    assert knows_contact(chain, seen) is knows
+    assert knows_f(chain, seen) is (knows or physics == (IN_GAP,))
+    if knows:
+        assert not knows_gap(chain, seen)
+        assert ruled_out(chain, seen) == (Place.G2, Place.SENSE)
+        assert not knows_contact(chain, [replace(seen[0], trace=replace(seen[0].trace, steps=()))])
+
+
+@pytest.mark.parametrize(("physics", "told"), [(READING, 80.0), (AT_TURNS, 0.0)])
+def test_what_knows_when_contact_is_made_is_not_suspected_to_be_noise_of_the_reading(physics, told, monkeypatch):
+    """However much its spectrum looks like that: it was named so with 0.95, and all was explained."""
+    chain, traces = chain_of(model_of(OP_AMP)), runs((physics,))
+    plain = SimpleNamespace(fit=SimpleNamespace(chain=chain))
+    bench = SimpleNamespace(observations=[observed(run, NOISE_V) for run in traces])
+    data = SimpleNamespace(noise=SimpleNamespace(rms_v=NOISE_V))
+    there = SimpleNamespace(
+        traces=traces, hold_out=(), found=(), plain=plain, bench=bench, data=data, settle_s=0.02
+    )
+    monkeypatch.setattr(readings, "noise_left", lambda train, proof: SimpleNamespace(told=80.0))
+    monkeypatch.setattr(readings, "against_repeats", lambda noise, seen: False)
+    assert readings.suspected(there, ()) == told
 
 
 def test_what_wanders_in_the_gap_alone_is_not_named_noise_of_the_reading_but_is_at_f():
