@@ -18,10 +18,7 @@ from identify.effects.effect import Effect
 from identify.evidence import Evidence, evidence_of
 from identify.explain.chance import scatters_more
 from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
-from identify.explain.round import (
-    Round,
-    richer,
-)
+from identify.explain.round import Round, richer
 from identify.explain.screen import RoundOf
 from identify.explain.suspect import Suspect, explainable
 from identify.explain.suspects import suspects
@@ -45,8 +42,8 @@ ROUNDS = 3  # of measuring what finer grids add, at most
 class Bench:
     """The data, how well the variance of their noise is known, and the plain chain all hypotheses are built on.
 
-    The data may be weighed beside what a law ``carried`` along by chance. A bench of other data, kinds or noise starts
-    with nothing ``known`` or ``asked``.
+    The data may be weighed beside what a law ``carried`` along by chance. A bench of other data or noise starts with
+    nothing ``known`` or ``asked``.
     """
 
     plain: Chain
@@ -211,7 +208,7 @@ class Bench:
             bench = bench.refined(hypothesis.fit.chain) if hypothesis.swell == 1.0 else bench
         return bench
 
-    def round(self, base: Hypothesis, least: float = 0.0) -> "Round":
+    def round(self, base: Hypothesis, least: float = 0.0) -> Round:
         """Screen effects on the residual of ``base`` and fit those that promise most, ``least`` in chi-squared.
 
         Where no correction of free form finds even a hint of anything, those that may show to none are screened alone.

@@ -79,7 +79,7 @@ def _windows(chain: Chain, observation: Observation) -> tuple[Array, Array]:
 
     Either has the shape (2, windows): of their means, and what single readings alone would make of that.
     """
-    residual, size = observation.residual(chain), round(DRIFT_S * observation.trace.rate_hz)
+    residual, size = observation.residual(chain), _size(observation)
     found: tuple[list[Array], list[Array]] = [np.zeros((2, 0))], [np.zeros((2, 0))]
     places = _pushed_and_held(chain, observation)
     for once, again, both in compared(observation, residual):
@@ -95,7 +95,7 @@ def _changes(chain: Chain, observation: Observation) -> Array:
     How many windows apart they are; whether contact is made or broken between them, in either repeat; half the square
     of the change of their means, V^2, and what single readings alone would make of that.
     """
-    residual, size = observation.residual(chain), round(DRIFT_S * observation.trace.rate_hz)
+    residual, size = observation.residual(chain), _size(observation)
     pushed, held = _pushed_and_held(chain, observation)
     contacts = _contacts(chain, observation)
     found = [np.zeros((4, 0))]
@@ -111,6 +111,11 @@ def _changes(chain: Chain, observation: Observation) -> Array:
         met = np.any([contacts[part][begins[i]] != contacts[part][begins[j]] for part in (once, again)], axis=0)
         found.append(np.stack((lags, met, 0.5 * np.square(means[j] - means[i]), 0.5 * (alone[i] + alone[j]))))
     return np.concatenate(found, axis=1)
+
+
+def _size(observation: Observation) -> int:
+    """Return how many readings a window has: two at least, which tell what single ones make of its mean."""
+    return max(round(DRIFT_S * observation.trace.rate_hz), 2)
 
 
 def _contacts(chain: Chain, observation: Observation) -> NDArray[np.int64]:

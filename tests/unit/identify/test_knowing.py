@@ -83,3 +83,10 @@ def test_what_wanders_in_the_gap_alone_is_not_named_noise_of_the_reading_but_is_
     assert (told.verdict, told.effects, told.location.stage) == ("unexplained", (), "F")
     (noise,) = explain(model_of(OP_AMP), runs((READING,)), leave_out=others).effects
     assert noise.id == "coloured_noise"
+
+
+def test_recordings_of_few_readings_a_second_tell_of_noise_as_well():
+    """A window of 20 ms would hold none of them, or one that tells nothing of its own noise."""
+    chain, seen = chain_of(model_of(OP_AMP)), [observed(run, NOISE_V) for run in runs(())]
+    slow = [replace(o, trace=replace(o.trace, rate_hz=10.0)) for o in seen]
+    assert not knows_f(chain, slow)
