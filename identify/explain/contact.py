@@ -44,8 +44,12 @@ def _tap_of_w(chain: Chain) -> int:
 
 def forgetting(chain: Chain, observation: Observation, settled: int) -> Mask:
     """Return where w has stood at a border for ``settled`` samples: what it remembered has passed."""
-    trace = observation.trace
-    return np.asarray(age(~still(chain, signals(chain, trace), trace)) >= settled)
+    return np.asarray(age(~held_in_gap(chain, observation)) >= settled)
+
+
+def held_in_gap(chain: Chain, observation: Observation) -> Mask:
+    """Return where w rests inside the gap of a chain as it is simulated, as ``still`` has it."""
+    return still(chain, signals(chain, observation.trace), observation.trace)
 
 
 def age(holds: Mask) -> Array:

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.blocks import Play
-from identify.chain import Chain, signals
-from identify.explain.contact import age, still
+from identify.chain import Chain
+from identify.explain.contact import age, held_in_gap
 from identify.explain.wander import DRIFT_S, MOSTLY, compared, unrepeated
 from identify.observe import Observation
 from identify.stage import Place
@@ -81,11 +81,12 @@ def _windows(chain: Chain, observation: Observation) -> tuple[Array, Array]:
     """
     residual, size = observation.residual(chain), _size(observation)
     found: tuple[list[Array], list[Array]] = [np.zeros((2, 0))], [np.zeros((2, 0))]
-    places = _pushed_and_held(chain, observation)
+    places = _pushed_and_held(held_in_gap(chain, observation), observation)
     for once, again, both in compared(observation, residual):
         differs = (residual[once] - residual[again]) / np.sqrt(2.0)
         for which, where in zip(found, places, strict=True):
-            which.append(_powers(differs, where[once] & where[again] & both, size))
+            means, alone = _means(differs, _begins(where[once] & where[again] & both, size), size)
+            which.append(np.stack((np.square(means), alone)))
     return np.concatenate(found[0], axis=1), np.concatenate(found[1], axis=1)
 
 
@@ -96,16 +97,16 @@ def _changes(chain: Chain, observation: Observation) -> Array:
     of the change of their means, V^2, and what single readings alone would make of that.
     """
     residual, size = observation.residual(chain), _size(observation)
-    pushed, held = _pushed_and_held(chain, observation)
-    contacts = _contacts(chain, observation)
+    held = held_in_gap(chain, observation)
+    places, contacts = _pushed_and_held(held, observation), np.cumsum(np.diff(held.astype(np.int8), prepend=0) != 0)
     found = [np.zeros((4, 0))]
     for once, again, both in compared(observation, residual):
         differs = (residual[once] - residual[again]) / np.sqrt(2.0)
-        begins = np.sort(np.concatenate([_begins(each[once] & each[again] & both, size) for each in (pushed, held)]))
-        windows = differs[begins[:, None] + np.arange(size)]
-        means, alone = np.mean(windows, axis=1), np.var(windows, axis=1) / max(size - 1, 1)
-        i = np.concatenate([np.arange(max(begins.size - k, 0)) for k in range(1, LAGS + 1)])
-        j = i + np.repeat(np.arange(1, LAGS + 1), [max(begins.size - k, 0) for k in range(1, LAGS + 1)])
+        begins = np.sort(np.concatenate([_begins(where[once] & where[again] & both, size) for where in places]))
+        means, alone = _means(differs, begins, size)
+        i = np.repeat(np.arange(begins.size), LAGS)
+        j = i + np.tile(np.arange(1, LAGS + 1), begins.size)
+        i, j = i[j < begins.size], j[j < begins.size]
         lags = np.rint((begins[j] - begins[i]) / size)
         i, j, lags = (each[lags <= LAGS] for each in (i, j, lags))
         met = np.any([contacts[part][begins[i]] != contacts[part][begins[j]] for part in (once, again)], axis=0)
@@ -118,23 +119,16 @@ def _size(observation: Observation) -> int:
     return max(round(DRIFT_S * observation.trace.rate_hz), 2)
 
 
-def _contacts(chain: Chain, observation: Observation) -> NDArray[np.int64]:
-    """Return how often a border has taken w along, or let go of it, up to every sample, shape (N,)."""
-    held = still(chain, signals(chain, observation.trace), observation.trace)
-    return np.cumsum(np.diff(held.astype(np.int8), prepend=0) != 0)
-
-
-def _pushed_and_held(chain: Chain, observation: Observation) -> tuple[Mask, Mask]:
+def _pushed_and_held(held: Mask, observation: Observation) -> tuple[Mask, Mask]:
     """Return where a border has pushed w for long enough, and where w has been held in the gap for as long."""
-    trace = observation.trace
-    held, settled = still(chain, signals(chain, trace), trace), round(SETTLED_S * trace.rate_hz)
+    settled = round(SETTLED_S * observation.trace.rate_hz)
     return np.asarray(age(~held) >= settled), np.asarray(age(held) >= settled)
 
 
-def _powers(values: Array, where: Mask, size: int) -> Array:
-    """Return the square of every window's mean, of windows all in one place, and its share of their variance, V^2."""
-    windows = values[_begins(where, size)[:, None] + np.arange(size)]
-    return np.stack((np.square(np.mean(windows, axis=1)), np.var(windows, axis=1) / max(size - 1, 1)))
+def _means(values: Array, begins: NDArray[np.int64], size: int) -> tuple[Array, Array]:
+    """Return the means of windows, and the variance that single readings alone would give each."""
+    windows = values[begins[:, None] + np.arange(size)]
+    return np.mean(windows, axis=1), np.var(windows, axis=1) / (size - 1)
 
 
 def _begins(where: Mask, size: int) -> NDArray[np.int64]:

@@ -41,9 +41,9 @@ class _Runner:
         """Return by how much less than the hypothesis it is on top of it leaves, below zero: on all data alike."""
         return self.fitted.chi2 - self.track.base.chi2
 
-    def further(self, iterations: int = STRIDE) -> "_Runner":
-        """Return it a few iterations on."""
-        fitted = self.track.bench.fitted(self.fitted.fit.chain, self.track.base.effects, iterations)
+    def further(self) -> "_Runner":
+        """Return it a lap on."""
+        fitted = self.track.bench.fitted(self.fitted.fit.chain, self.track.base.effects, STRIDE)
         return replace(self, fitted=fitted)
 
 
