@@ -130,3 +130,11 @@ def test_a_law_is_fitted_once_from_where_it_is_promised(bench, base, monkeypatch
     monkeypatch.setattr(race, "_extended", lambda *asked: pytest.fail("it was fitted again"))
     (again,) = raced(bench.of_kinds(()), base, promises[1:])
     assert again is first
+
+
+def test_a_round_of_some_kinds_is_remembered_and_answers_for_no_others(bench, base):
+    some = bench.of_kinds((catalogue()["saturation"],))
+    found = some.round(base)
+    assert [h.names for h in found.tried[:1]] == [("saturation",)]
+    assert bench.of_kinds(()).round(base).tried == ()
+    assert bench.of_kinds(some.kinds).round(base) is found
