@@ -93,15 +93,20 @@ class Chain:
                 return i
         return len(self.stages)
 
-    def begin(self, grid: Grid, first: int = 0, shape: Shape | None = None) -> list[Run]:
-        """Return the running stages on ``grid``, at rest. Raise ValueError for values no block can have."""
-        runs: list[Run] = []
-        shape = shape or Ramp()
-        for i, stage in enumerate(self.stages):
+    def begin(self, grid: Grid, first: int = 0) -> list[Run]:
+        """Return the running stages from ``first`` on, at rest. Raise ValueError for values no block can have."""
+        return [run for run, _ in self._begun(grid)][first:]
+
+    def shapes(self, grid: Grid) -> tuple[Shape, ...]:
+        """Return the shape of what enters every stage on ``grid``, and of the answer; ValueError as ``begin``."""
+        return (Ramp(), *(shape for _, shape in self._begun(grid)))
+
+    def _begun(self, grid: Grid) -> Iterator[tuple[Run, Shape]]:
+        """Yield every stage, at rest, and the shape of what it puts out."""
+        shape: Shape = Ramp()
+        for stage in self.stages:
             run, shape = stage.begin(self.of(stage, grid.run), grid, shape)
-            if i >= first:
-                runs.append(run)
-        return runs
+            yield run, shape
 
 
 def local_name(name: str, run: str) -> str:
@@ -158,9 +163,9 @@ def grid_of(trace: Trace, substeps: int = 1) -> Grid:
     return Grid(trace.name, 1.0 / (trace.rate_hz * substeps), substeps, trace.start_s, trace.late_s)
 
 
-def samples_at_once(substeps: int) -> int:
-    """Return how many samples are handled at once: ``CHUNK`` instants of so many to a sample."""
-    return max(CHUNK // substeps, 1)
+def samples_at_once(substeps: int, instants: int = CHUNK) -> int:
+    """Return how many samples are handled at once: a multiple of eight, of so many instants to a sample."""
+    return max(instants // substeps // 8, 1) * 8
 
 
 def chunks(source: Samples, grid: Grid, samples: int | None = None) -> Iterator[Block]:

@@ -150,6 +150,17 @@ def is_fixed(name: str, fixed: Sequence[str]) -> bool:
     return any(name == item or name.startswith(item + ".") for item in fixed)
 
 
+@dataclass(frozen=True)
+class Memoryless:
+    """A running stage that applies ``law`` to every value on its own."""
+
+    law: Callable[[Array], Array]
+
+    def __call__(self, block: Block) -> Array:
+        """Return the signal behind it."""
+        return self.law(block.signal)
+
+
 def memoryless(law: Callable[[Array], Array], shape: Shape) -> tuple[Run, Shape]:
     """Return a running stage that applies ``law`` to every value on its own."""
-    return (lambda block: law(block.signal)), shape
+    return Memoryless(law), shape

@@ -12,10 +12,13 @@ import numpy as np
 from identify.between import source_of
 from identify.chain import CHUNK, Chain, advance, grid_of
 from identify.colour import whitening
+from identify.derivatives.moved import mover, teams
 from identify.discretise import Matrix
 from identify.observe import Observation
 from identify.stage import Block, Grid, Ramp, Shape, Values
 from identify.trace import Array
+
+FEW = 3  # chains that take no longer one after the other
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,12 +64,52 @@ class Tapped:
         """Write how the answers of chains differ where samples count, in units of the noise and per ``unit``, (m, n).
         """
         with np.errstate(over="ignore", invalid="ignore"):
-            for chain, row in zip(chains, rows, strict=True):
-                self._write_change(chain, unit, row)
+            shared = [self._shared(chain) for chain in chains]
+            if len(chains) >= FEW and self._differ_in_one_stage(chains, shared):
+                self._write_abreast(chains, shared[0], unit, rows)
+                return
+            for chain, first, row in zip(chains, shared, rows, strict=True):
+                self._write_change(chain, first, unit, row)
 
-    def _write_change(self, chain: Chain, unit: float, out: Array) -> None:
-        """Write how the answer of one chain differs."""
-        first = self._shared(chain)
+    def _differ_in_one_stage(self, chains: Sequence[Chain], shared: list[int]) -> bool:
+        """Return whether chains differ from this one in the same stage alone, which this one may not have."""
+        stages, first = chains[0].stages, shared[0]
+        if first == len(stages) or shared.count(first) < len(shared) or any(c.stages is not stages for c in chains):
+            return False
+        behind, mine = stages[first + 1 :], self.chain.stages[len(self.chain.stages) - len(stages) + first + 1 :]
+        if len(behind) != len(mine) or any(one is not other for one, other in zip(behind, mine, strict=True)):
+            return False
+        known = self._values[len(self._values) - len(behind) :]
+        return all(tuple(c.of(stage, self.grid.run) for stage in behind) == known for c in chains)
+
+    def _write_abreast(self, chains: Sequence[Chain], first: int, unit: float, rows: Matrix) -> None:
+        """Write how the answers of chains differ that do so in the ``first`` stage alone."""
+        chain, grid, stage = chains[0], self.grid, chains[0].stages[first]
+        late = len(self.chain.stages) - len(chain.stages)
+        shapes = [*self._shapes[: first + 1], *self._shapes[first + 1 + late :]]
+        movers = [mover(c, first, c.of(stage, grid.run), False, grid, shapes) for c in chains]
+        entering, behind = ((self.source, *self.signals)[i] for i in (first, first + 1 + late))
+        o, scale = self.observation, 1.0 / (self.observation.noise_v * unit)
+        whole = o.colour.white and o.count == entering.size
+        for which, team in teams(chain, grid, movers, shapes):
+            changes = rows[which] if whole else np.empty((which.stop - which.start, entering.size))
+            for at in range(0, entering.size, CHUNK):
+                there = slice(at, at + CHUNK)
+                before, after = (Block(signal[there], self.source[there], at, grid) for signal in (entering, behind))
+                passed = [before] * (first + 1) + [after] * (len(chain.stages) - first)
+                team.write_changes(passed, 1, scale, changes[:, there])
+            if not whole:
+                rows[which] = self._weighed(changes)
+
+    def _weighed(self, changes: Matrix) -> Matrix:
+        """Return changes in units of the noise where samples count, as a fit weighs them."""
+        o = self.observation
+        if o.colour.white:
+            return changes[:, o.use]
+        return np.array([whitening(o.colour)(change, o.use) for change in changes])
+
+    def _write_change(self, chain: Chain, first: int, unit: float, out: Array) -> None:
+        """Write how the answer of one chain differs from the ``first`` stage on."""
         if first == len(chain.stages) == len(self.chain.stages):
             out[:] = 0.0
             return

@@ -1,10 +1,13 @@
 """The compiled loops that run eight derivatives abreast (lanes), two instants at a time (abreast)."""
 
+from collections.abc import Callable
 from typing import Any
 
 from numba import njit
+from numba.extending import overload
 
-from identify.derivatives.lanes import each, last, load, spread, store
+from identify.derivatives.lanes import each, larger, last, load, smaller, spread, store, turned
+from identify.kernels import onto, pushed
 from identify.trace import Array
 
 FAST = {"contract", "nsz"}  # products and sums are fused; the order of sums is the one that is written
@@ -201,3 +204,92 @@ def take_answer(rows: Array, column: int, own: float, share: float, beside: int,
     for j in range(answer.size):
         answer[j] = rows[j, column]
         rows[j, column] = own * answer[j] + share * rows[j, beside]
+
+
+def loaded(c: Any, table: Array, row: int) -> Any:
+    """Return as many rows of a table of lanes as ``c`` has numbers, from ``row`` on (compiled code only)."""
+    raise NotImplementedError("compiled code only")
+
+
+@overload(loaded, strict=False)
+def _loaded(c: Any, table: Array, row: int) -> Callable[..., Any]:
+    if len(c) == 1:
+        return lambda c, table, row: (load(table, row),)
+    return lambda c, table, row: (load(table, row), *loaded(c[1:], table, row + 1))
+
+
+@njit(fastmath=FAST, error_model="numpy", cache=True)
+def _instants(signals: Array, at: int, wide: int) -> Any:
+    """Return eight instants of eight rows, each in lanes; the rows have ``wide`` times eight."""
+    return turned((
+        load(signals, at), load(signals, at + wide), load(signals, at + 2 * wide), load(signals, at + 3 * wide),
+        load(signals, at + 4 * wide), load(signals, at + 5 * wide), load(signals, at + 6 * wide),
+        load(signals, at + 7 * wide),
+    ))  # fmt: skip
+
+
+@njit(fastmath=FAST, error_model="numpy", cache=True)
+def _put(signals: Array, at: int, wide: int, instants: Any) -> None:
+    """Put eight instants of eight rows where they were."""
+    for i, row in enumerate(turned(instants)):
+        store(signals, at + i * wide, row)
+
+
+@njit(fastmath=FAST, error_model="numpy", cache=True)
+def _stepped(one: Any, x: Any, before: Any, s: Any) -> Any:
+    """Return the state of a linear block an instant later, and what it puts out."""
+    rows, pushes, c, d = one
+    x = pushed(rows, pushes, x, (before, s))
+    return x, onto(d * s, c, x)
+
+
+@njit(fastmath=FAST, error_model="numpy", cache=True)
+def linear(one: Any, state: Array, signals: Array) -> None:
+    """Run eight signals, shape (8, 8 n), through one linear block; what it puts out takes their place.
+
+    ``one``: (rows, pushes, c, d) of a step, x[j] = rows x[j-1] + pushes (s[j-1], s[j]), out[j] = c x[j] + d s[j].
+    ``state``: rows of states, then the input before.
+    """
+    x, before, wide = loaded(one[2], state, 0), load(state, len(one[2])), signals.shape[1] // 8
+    for at in range(wide):
+        s0, s1, s2, s3, s4, s5, s6, s7 = _instants(signals, at, wide)
+        x, o0 = _stepped(one, x, before, s0)
+        x, o1 = _stepped(one, x, s0, s1)
+        x, o2 = _stepped(one, x, s1, s2)
+        x, o3 = _stepped(one, x, s2, s3)
+        x, o4 = _stepped(one, x, s3, s4)
+        x, o5 = _stepped(one, x, s4, s5)
+        x, o6 = _stepped(one, x, s5, s6)
+        x, o7 = _stepped(one, x, s6, s7)
+        before = s7
+        _put(signals, at, wide, (o0, o1, o2, o3, o4, o5, o6, o7))
+    for i, row in enumerate(x):
+        store(state, i, row)
+    store(state, len(one[2]), before)
+
+
+@njit(fastmath=FAST, error_model="numpy", cache=True)
+def play(s_l: float, d_l: float, s_u: float, d_u: float, level: Array, signals: Array) -> None:
+    """Run the play operator of eq. (7) over eight signals, shape (8, 8 n), from their levels; w takes their place."""
+    w, down, up, wide = load(level, 0), spread(-d_l), spread(-d_u), signals.shape[1] // 8
+    for at in range(wide):
+        v0, v1, v2, v3, v4, v5, v6, v7 = _instants(signals, at, wide)
+        w0 = smaller(larger(w, s_l * (v0 + down)), s_u * (v0 + up))
+        w1 = smaller(larger(w0, s_l * (v1 + down)), s_u * (v1 + up))
+        w2 = smaller(larger(w1, s_l * (v2 + down)), s_u * (v2 + up))
+        w3 = smaller(larger(w2, s_l * (v3 + down)), s_u * (v3 + up))
+        w4 = smaller(larger(w3, s_l * (v4 + down)), s_u * (v4 + up))
+        w5 = smaller(larger(w4, s_l * (v5 + down)), s_u * (v5 + up))
+        w6 = smaller(larger(w5, s_l * (v6 + down)), s_u * (v6 + up))
+        w7 = smaller(larger(w6, s_l * (v7 + down)), s_u * (v7 + up))
+        w = w7
+        _put(signals, at, wide, (w0, w1, w2, w3, w4, w5, w6, w7))
+    store(level, 0, w)
+
+
+@njit(fastmath=FAST, error_model="numpy", cache=True)
+def differences(signals: Array, every: int, scale: float, out: Array) -> None:
+    """Write by how much rows of signals differ from the first, at every so many-th instant, times ``scale``."""
+    for i in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            out[i, j] = (signals[i + 1, every * j] - signals[0, every * j]) * scale

@@ -19,6 +19,12 @@ _PLACE = ir.IntType(32)
 _FUSED = ("contract",)  # a product and a sum become one step; the order of sums stays as it is written
 _ANYTHING = ir.Constant(_VECTOR, ir.Undefined)
 
+_TURNS = (  # rows so far apart exchange what is off the diagonal: of single numbers, of pairs, of fours
+    (1, (0, 8, 2, 10, 4, 12, 6, 14), (1, 9, 3, 11, 5, 13, 7, 15)),
+    (2, (0, 1, 8, 9, 4, 5, 12, 13), (2, 3, 10, 11, 6, 7, 14, 15)),
+    (4, (0, 1, 2, 3, 8, 9, 10, 11), (4, 5, 6, 7, 12, 13, 14, 15)),
+)
+
 
 class Lanes(types.Type):
     """Numba's name for a vector of eight doubles."""
@@ -54,6 +60,11 @@ def _address(context: Any, builder: Any, kind: Any, array: Any, row: Any) -> Any
 def _at(lane: int) -> Any:
     """Return the shuffle that puts one lane into all."""
     return ir.Constant(ir.VectorType(_PLACE, WIDTH), [lane] * WIDTH)
+
+
+def _order(lanes: tuple[int, ...]) -> Any:
+    """Return the shuffle that takes these lanes of two, those of the second counted on."""
+    return ir.Constant(ir.VectorType(_PLACE, WIDTH), list(lanes))
 
 
 @_code
@@ -110,6 +121,21 @@ def each(typing: Any, lanes: Any) -> Any:
 
 
 @_code
+def turned(typing: Any, rows: Any) -> Any:
+    """Return eight lanes of eight numbers with row and lane exchanged."""
+
+    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        rows = [builder.extract_value(arguments[0], i) for i in range(WIDTH)]
+        for apart, first, second in _TURNS:
+            for i in (i for i in range(WIDTH) if not i & apart):
+                one, other = rows[i], rows[i + apart]
+                rows[i], rows[i + apart] = (builder.shuffle_vector(one, other, _order(at)) for at in (first, second))
+        return context.make_tuple(builder, signature.return_type, rows)
+
+    return types.UniTuple(LANES, WIDTH)(rows), write  # type: ignore[no-untyped-call]
+
+
+@_code
 def _sum(typing: Any, one: Any, other: Any) -> Any:
     """Return the sum, lane by lane."""
     return LANES(LANES, LANES), lambda context, builder, signature, arguments: builder.fadd(*arguments, flags=_FUSED)
@@ -119,6 +145,21 @@ def _sum(typing: Any, one: Any, other: Any) -> Any:
 def _product(typing: Any, one: Any, other: Any) -> Any:
     """Return the product, lane by lane."""
     return LANES(LANES, LANES), lambda context, builder, signature, arguments: builder.fmul(*arguments, flags=_FUSED)
+
+
+def _chosen(order: str) -> Any:
+    """Return what keeps of two numbers in every lane the one that is first in an order."""
+
+    def choose(typing: Any, one: Any, other: Any) -> Any:
+        def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.select(builder.fcmp_ordered(order, *arguments), *arguments)
+
+        return LANES(LANES, LANES), write
+
+    return _code(choose)
+
+
+larger, smaller = _chosen(">"), _chosen("<")
 
 
 @overload(add, strict=False)

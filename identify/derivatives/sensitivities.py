@@ -9,17 +9,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify.chain import Chain, advance, grid_of, local_name, running, samples_at_once
+from identify.chain import Chain, advance, grid_of, running, samples_at_once
 from identify.colour import whitening
 from identify.derivatives import lane_kernels
 from identify.derivatives.lanes import WIDTH
+from identify.derivatives.moved import Abreast, Mover, mover, teams
 from identify.derivatives.tangents import Scales, Tangents, tangents
 from identify.discretise import Matrix
 from identify.observe import Observation
-from identify.stage import Block, Grid, Run
+from identify.stage import Block, Grid, Shape
 from identify.trace import Array, Mask
 
 DIFFERENCE = 1e-5  # step of the differences, in search coordinates
+AT_ONCE = 1 << 15  # instants: eight signals of as many stay in the near cache
 
 
 @dataclass(frozen=True)
@@ -68,9 +70,7 @@ def sensitivities(
         at = dict(zip(per_noise, exact.columns, strict=True))
         joined = tuple((at[leader], at[follower]) for follower, leader in chain.tied if follower in followers)
         return Sensitivities(exact.columns[: len(scales)], _from_tangents(exact, observation, joined))
-    return Sensitivities(
-        tuple(range(len(scales))), _from_differences(chain, scales, observation, slopes_on or observation)
-    )
+    return _from_differences(chain, scales, observation, slopes_on or observation)
 
 
 def _from_tangents(
@@ -98,58 +98,53 @@ def _whitening(observation: Observation) -> Callable[[Array, Matrix, Mask], tupl
 
 def _from_differences(
     chain: Chain, scales: Scales, observation: Observation, slopes_on: Observation
-) -> Iterator[tuple[Array, Matrix]]:
-    """Yield residuals and rows from one-sided differences, these on the grid of ``slopes_on``."""
+) -> Sensitivities:
+    """Return residuals and rows from one-sided differences, these on the grid of ``slopes_on``."""
     grid = grid_of(observation.trace, slopes_on.substeps)
-    base = chain.begin(grid)
-    here = {n: chain.values.get(n, chain.values[n.partition("[")[0]]) for n in scales}  # of one run: as of all
-    others = [_moved(chain, {name: here[name] + DIFFERENCE * scales[name]}, grid) for name in scales]
+    shapes, movers = chain.shapes(grid), {}
+    for name in scales:
+        here = chain.values.get(name, chain.values[name.partition("[")[0]])  # of one run: as of all
+        moved = _moved(chain, {name: here + DIFFERENCE * scales[name]}, grid, shapes)
+        if moved is not None:
+            movers[name] = moved
+    order = sorted(movers, key=lambda name: movers[name].last)  # those that begin together go together
+    order += [name for name in scales if name not in movers]  # what changes nothing: its rows stay zero
+    together = list(teams(chain, grid, [movers[name] for name in order if name in movers], shapes))
+    rows = _differences(chain, observation, slopes_on, together, len(order))
+    return Sensitivities(tuple(order.index(name) for name in scales), rows)
+
+
+def _differences(
+    chain: Chain, observation: Observation, slopes_on: Observation, together: Sequence[tuple[slice, Abreast]],
+    count: int,
+) -> Iterator[tuple[Array, Matrix]]:  # fmt: skip
+    """Yield residuals and rows: of ``count`` columns those that go together are differences, the others zero."""
+    base = chain.begin(grid_of(observation.trace, slopes_on.substeps))
     finer = slopes_on.substeps != observation.substeps
     run = running(chain, grid_of(observation.trace, observation.substeps)) if finer else None
-    white, every, size = _whitening(observation), grid.substeps, samples_at_once(observation.substeps)
-    lines, steps = np.zeros((len(others), 0)), 1.0 / (DIFFERENCE * observation.noise_v)
+    white, every, size = _whitening(observation), slopes_on.substeps, samples_at_once(observation.substeps, AT_ONCE)
+    rows, steps = np.zeros((count, 0)), 1.0 / (DIFFERENCE * observation.noise_v)
     for piece, rough in zip(observation.pieces(size), slopes_on.pieces(size), strict=True):
         passed: list[Block] = [rough.entering]
         for stage in base:
             passed.append(advance(stage, passed[-1]))
         answer = passed[-1].signal[::every]
-        if lines.shape[1] < answer.size:  # of one number after the other: written and multiplied in long stretches
-            lines = np.zeros((len(others), answer.size))
-        for line, other in zip(lines[:, : answer.size], others, strict=True):
-            np.multiply(other.answer(passed)[::every] - answer, steps, out=line)
+        if rows.shape[1] < answer.size:
+            rows = np.zeros((count, answer.size))  # of one number after the other: multiplied in long stretches
+        for at, team in together:
+            team.write_changes(passed, every, steps, rows[at, : answer.size])
         left = piece.y - (run(piece.entering)[:: observation.substeps] if run else answer)
-        yield white(left / observation.noise_v, lines[:, : answer.size].T, piece.use)
+        yield white(left / observation.noise_v, rows[:, : answer.size].T, piece.use)
 
 
-@dataclass(frozen=True)
-class _Moved:
-    """A chain of which one number is moved, at work from its ``first`` stage that differs on.
-
-    Of a ``sum`` of weighted shapes that stage runs with what its weights are moved by alone: no other shape is needed.
-    """
-
-    first: int
-    runs: tuple[Run, ...]
-    sum: bool
-
-    def answer(self, passed: Sequence[Block]) -> Array:
-        """Return its answer, where the unmoved chain's stages were passed by a block and left others."""
-        block, runs = passed[self.first], self.runs
-        if self.sum:
-            block = block.holding(passed[self.first + 1].signal + (runs[0](block) - block.signal))
-            runs = runs[1:]
-        for stage in runs:
-            block = advance(stage, block)
-        return block.signal
-
-
-def _moved(chain: Chain, values: dict[str, float], grid: Grid) -> _Moved:
-    """Return a chain with some values of one stage moved."""
+def _moved(chain: Chain, values: dict[str, float], grid: Grid, shapes: Sequence[Shape]) -> Mover | None:
+    """Return what does a stage of which some values are moved; None where that is no value of this run."""
     other = chain.with_values(values)
     first = chain.first_difference(other, grid.run)
-    if first == len(chain.stages) or not chain.stages[first].sums:
-        return _Moved(first, tuple(other.begin(grid, first)), False)
+    if first == len(chain.stages):
+        return None
     stage = chain.stages[first]
-    pairs = zip(stage.parameters(), other.of(stage, grid.run), chain.of(stage, grid.run), strict=True)
-    moves = {local_name(p.name, grid.run) if p.local else p.name: there - here for p, there, here in pairs}
-    return _Moved(first, tuple(chain.with_values(moves).begin(grid, first)), True)
+    there, here = other.of(stage, grid.run), chain.of(stage, grid.run)
+    if stage.sums:
+        there = tuple(one - before for one, before in zip(there, here, strict=True))
+    return mover(other, first, there, stage.sums, grid, shapes)

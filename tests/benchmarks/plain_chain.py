@@ -11,7 +11,7 @@ from scipy.signal import cont2discrete, lfilter
 
 from identify.chain import CHUNK, Chain, plain_chain, running
 from identify.model import Backlash, LinearF, Model, Rational
-from identify.stage import Block, Grid, Ramp
+from identify.stage import Block, Grid
 from identify.trace import Array
 from tests.benchmarks.timing import Timed, ratio_of_rounds, side_by_side
 
@@ -60,7 +60,7 @@ def run_fused(chain: Chain, u: Array) -> Array:
 def run_staged(chain: Chain, u: Array) -> Array:
     """Return the same answer by one stage after the other, each on a whole chunk."""
     grid, out = Grid("benchmark", 1.0 / RATE_HZ), np.empty_like(u)
-    stages = chain.begin(grid, shape=Ramp())
+    stages = chain.begin(grid)
     for first in range(0, u.size, CHUNK):
         signal = u[first : first + CHUNK]
         for stage in stages:

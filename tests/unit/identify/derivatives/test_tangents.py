@@ -137,7 +137,7 @@ def test_on_a_rougher_grid_slopes_are_nearly_the_same_and_residuals_exactly(subs
     residuals, rows = zip(*((left.copy(), slopes.copy()) for left, slopes in short.chunks), strict=True)
     assert np.allclose(np.concatenate(residuals), seen.used_residual(chain) / seen.noise_v, rtol=0, atol=1e-12)
     own = sensitivities(chain, own_sizes(chain), rough).slopes()
-    assert np.allclose(np.concatenate(rows).T, own, rtol=0, atol=1e-9 * np.abs(own).max())
+    assert np.allclose(np.concatenate(rows)[:, short.columns].T, own, rtol=0, atol=1e-9 * np.abs(own).max())
     expected = fine.slopes()
     assert 0.0 < np.abs(own - expected).max() < 0.1 * np.abs(expected).max()
 
