@@ -95,18 +95,16 @@ class Chain:
 
     def begin(self, grid: Grid, first: int = 0) -> list[Run]:
         """Return the running stages from ``first`` on, at rest. Raise ValueError for values no block can have."""
-        return [run for run, _ in self._begun(grid)][first:]
+        return self.begun(grid)[0][first:]
 
-    def shapes(self, grid: Grid) -> tuple[Shape, ...]:
-        """Return the shape of what enters every stage on ``grid``, and of the answer; ValueError as ``begin``."""
-        return (Ramp(), *(shape for _, shape in self._begun(grid)))
-
-    def _begun(self, grid: Grid) -> Iterator[tuple[Run, Shape]]:
-        """Yield every stage, at rest, and the shape of what it puts out."""
-        shape: Shape = Ramp()
+    def begun(self, grid: Grid) -> tuple[list[Run], list[Shape]]:
+        """Return all running stages, at rest, and the shapes of what enters every one, and of the answer."""
+        runs, shapes = list[Run](), list[Shape]([Ramp()])
         for stage in self.stages:
-            run, shape = stage.begin(self.of(stage, grid.run), grid, shape)
-            yield run, shape
+            run, shape = stage.begin(self.of(stage, grid.run), grid, shapes[-1])
+            runs.append(run)
+            shapes.append(shape)
+        return runs, shapes
 
 
 def local_name(name: str, run: str) -> str:

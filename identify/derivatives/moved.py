@@ -69,11 +69,13 @@ class Abreast:
 
     def __init__(self, chain: Chain, grid: Grid, movers: Sequence[Mover], shapes: Sequence[Shape]) -> None:
         """Take one to ``TOGETHER`` of them, and the shapes of what enters every stage."""
-        self._begin, count = min(m.last for m in movers), len(chain.stages)
-        self._joining = [[(lane, m) for lane, m in enumerate(movers, 1) if m.last == i] for i in range(count)]
+        lasts, count = [m.last for m in movers], len(chain.stages)
+        self._begin, self._joining = min(lasts), [list[tuple[int, Mover]]() for _ in range(count)]
+        for lane, (m, last) in enumerate(zip(movers, lasts, strict=True), 1):
+            self._joining[last].append((lane, m))
         self._behind, self._room = list[Wide](), np.empty((WIDTH, 0))
         for i in range(self._begin + 1, count):
-            used = [0, *(lane for lane, m in enumerate(movers, 1) if m.last < i)]
+            used = [0, *(lane for lane, last in enumerate(lasts, 1) if last < i)]
             stage = chain.stages[i]
             self._behind.append(_abreast(stage, chain.of(stage, grid.run), grid, shapes[i], used))
 

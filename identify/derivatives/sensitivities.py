@@ -4,7 +4,7 @@ The plain chain runs its derivatives beside its signals (tangents). Any other ch
 number moved a little; it shares with the unmoved one every stage before the first that differs.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +17,7 @@ from identify.derivatives.moved import Abreast, Mover, mover, teams
 from identify.derivatives.tangents import Scales, Tangents, tangents
 from identify.discretise import Matrix
 from identify.observe import Observation
-from identify.stage import Block, Grid, Shape
+from identify.stage import Block, Grid, Run, Shape
 from identify.trace import Array, Mask
 
 DIFFERENCE = 1e-5  # step of the differences, in search coordinates
@@ -101,25 +101,28 @@ def _from_differences(
 ) -> Sensitivities:
     """Return residuals and rows from one-sided differences, these on the grid of ``slopes_on``."""
     grid = grid_of(observation.trace, slopes_on.substeps)
-    shapes, movers = chain.shapes(grid), {}
-    for name in scales:
+    (base, shapes), movers = chain.begun(grid), dict[str, Mover]()
+    owners = {name: i for i, stage in enumerate(chain.stages) for name in stage.names}
+    for name, scale in scales.items():
         here = chain.values.get(name, chain.values[name.partition("[")[0]])  # of one run: as of all
-        moved = _moved(chain, {name: here + DIFFERENCE * scales[name]}, grid, shapes)
+        moved = _moved(chain, name, here + DIFFERENCE * scale, grid, shapes, owners)
         if moved is not None:
             movers[name] = moved
     order = sorted(movers, key=lambda name: movers[name].last)  # those that begin together go together
     order += [name for name in scales if name not in movers]  # what changes nothing: its rows stay zero
     together = list(teams(chain, grid, [movers[name] for name in order if name in movers], shapes))
-    rows = _differences(chain, observation, slopes_on, together, len(order))
+    rows = _differences(chain, base, observation, slopes_on, together, len(order))
     return Sensitivities(tuple(order.index(name) for name in scales), rows)
 
 
 def _differences(
-    chain: Chain, observation: Observation, slopes_on: Observation, together: Sequence[tuple[slice, Abreast]],
-    count: int,
+    chain: Chain, base: Sequence[Run], observation: Observation, slopes_on: Observation,
+    together: Sequence[tuple[slice, Abreast]], count: int,
 ) -> Iterator[tuple[Array, Matrix]]:  # fmt: skip
-    """Yield residuals and rows: of ``count`` columns those that go together are differences, the others zero."""
-    base = chain.begin(grid_of(observation.trace, slopes_on.substeps))
+    """Yield residuals and rows: of ``count`` columns those that go together are differences, the others zero.
+
+    ``base`` are the stages of the chain on the grid of ``slopes_on``.
+    """
     finer = slopes_on.substeps != observation.substeps
     run = running(chain, grid_of(observation.trace, observation.substeps)) if finer else None
     white, every, size = _whitening(observation), slopes_on.substeps, samples_at_once(observation.substeps, AT_ONCE)
@@ -137,14 +140,21 @@ def _differences(
         yield white(left / observation.noise_v, rows[:, : answer.size].T, piece.use)
 
 
-def _moved(chain: Chain, values: dict[str, float], grid: Grid, shapes: Sequence[Shape]) -> Mover | None:
-    """Return what does a stage of which some values are moved; None where that is no value of this run."""
-    other = chain.with_values(values)
-    first = chain.first_difference(other, grid.run)
-    if first == len(chain.stages):
+def _moved(
+    chain: Chain, name: str, value: float, grid: Grid, shapes: Sequence[Shape], owners: Mapping[str, int]
+) -> Mover | None:
+    """Return what does a stage of which a value is moved, and those of it that follow; None where this run has it not.
+    """
+    of_all, _, run = name.partition("[")
+    of_run = f"{of_all}[{grid.run}]"
+    if (run and name != of_run) or (not run and of_run in chain.values):
         return None
+    first = owners[of_all]
     stage = chain.stages[first]
-    there, here = other.of(stage, grid.run), chain.of(stage, grid.run)
+    here, moved = chain.of(stage, grid.run), {of_all, *(one for one, leader in chain.tied if leader == of_all)}
+    there = tuple(value if n in moved else old for n, old in zip(stage.names, here, strict=True))
+    if there == here:
+        return None
     if stage.sums:
         there = tuple(one - before for one, before in zip(there, here, strict=True))
-    return mover(other, first, there, stage.sums, grid, shapes)
+    return mover(chain, first, there, stage.sums, grid, shapes)
