@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -13,6 +14,7 @@ from identify.sections import Section, product, sections
 from identify.stage import Block, Grid, Held, Parameter, Place, Ramp, Run, Shape, Stage, Values, memoryless
 from identify.trace import Array
 
+KNOWN = 64  # steps that a block remembers
 TOLERANCE_FACTOR = 3.0  # a refitted value of a linear block's denominator stays within this factor of the rig file's
 
 
@@ -135,15 +137,31 @@ class LinearBlock(Stage):
 
     def stepper(self, values: Values, grid: Grid, shape: Shape) -> Stepper:
         """Return the block's exact step on ``grid`` for an input of ``shape``, late by a fraction of it."""
-        fitted, (_, fraction) = self.rational(values), self.late(values, grid)
-        if isinstance(shape, Held):
-            return stepper(fitted.num, fitted.den, grid.step_s, "held", shape.fraction, fraction)
-        return stepper(fitted.num, fitted.den, grid.step_s, "ramp", late=fraction)
+        return self.step(values, grid, shape)[0]
+
+    def step(self, values: Values, grid: Grid, shape: Shape) -> tuple[Stepper, int, float]:
+        """Return that step, and by how many whole steps, and by which fraction of one, the block is late.
+
+        What was asked last is known: most simulations of a fit have most blocks as they were.
+        """
+        key = values, grid.step_s, grid.late_s, shape
+        if key not in self._known:
+            if len(self._known) >= KNOWN:
+                self._known.clear()
+            fitted, (whole, fraction) = self.rational(values), self.late(values, grid)
+            given = ("held", shape.fraction) if isinstance(shape, Held) else ("ramp", 0.0)
+            self._known[key] = stepper(fitted.num, fitted.den, grid.step_s, *given, fraction), whole, fraction
+        return self._known[key]
+
+    @cached_property
+    def _known(self) -> dict[object, tuple[Stepper, int, float]]:
+        """Return the steps that were asked for."""
+        return {}
 
     def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
         """Return the running block; one without dynamics keeps the shape of its input, a held one late."""
-        whole, fraction = self.late(values, grid)
-        late, through = delay_line(whole), run_linear(self.stepper(values, grid, shape))
+        step, whole, fraction = self.step(values, grid, shape)
+        late, through = delay_line(whole), run_linear(step)
         out_shape = shape if len(self.start.den) == 1 else Ramp()
         if isinstance(out_shape, Held):
             out_shape = Held(out_shape.fraction + fraction)

@@ -136,7 +136,7 @@ def _law(of_each: Memoryless) -> Wide:
 
 def _linear(block: LinearBlock, values: Values, grid: Grid, shape: Shape) -> Wide:
     """Return a linear block at work on eight signals."""
-    step, (whole, _) = block.stepper(values, grid, shape), block.late(values, grid)
+    step, whole, _ = block.step(values, grid, shape)
     one = (step.rows, tuple(zip(step.g0, step.g1, strict=True)), step.c, step.d)
     state, past, silent = np.zeros((step.order + 1, WIDTH)), np.empty((WIDTH, 0)), whole
 
