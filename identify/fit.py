@@ -98,6 +98,7 @@ def fit(
     valleys: bool = True,
     enough: float = 0.0,
     rougher: int = 1,
+    told: bool = True,
 ) -> Fit:
     """Fit ``chain`` from its own values to all observations; the prior sits at ``centre`` (default: the start).
 
@@ -105,7 +106,8 @@ def fit(
     not help is only made shorter: narrow bent valleys are then not followed to their end, at half the work. Nor are
     they where some steps in a row gain less than ``enough`` of chi-squared together. Slopes that take a run for every
     value are taken on grids ``rougher`` by up to that factor: they lead to where they are too small to tell, and cost
-    most of a fit.
+    most of a fit. Unless it shall be ``told`` how sure values are, a search that ends with its iterations does not ask:
+    the covariance is infinite then, and nothing is ``beyond``.
 
     Never raises for bad numbers: a fit that does not converge says so in ``converged`` and ``sentence``.
     """
@@ -114,7 +116,7 @@ def fit(
     begun = [chain.values.get(c.name, chain.values[c.parameter.name]) for c in coordinates]
     start = np.array([c.bounded(c.theta(value)) for c, value in zip(coordinates, begun, strict=True)])
     problem = _Problem(chain, tuple(observations), coordinates, pull, rougher)
-    found = _search(problem, start, iterations, valleys, enough)
+    found = _search(problem, start, iterations, valleys, enough, told)
     return replace(found, cost=found.cost - pull.cost(found.chain)) if pull else found
 
 
@@ -220,14 +222,16 @@ def total_chi_squared(chain: Chain, observations: Sequence[Observation]) -> floa
     return sum(chi_squared(chain, observation) for observation in observations)
 
 
-def _search(problem: _Problem, theta: Array, iterations: int, valleys: bool, enough: float) -> Fit:
+def _search(
+    problem: _Problem, theta: Array, iterations: int, valleys: bool, enough: float, told: bool
+) -> Fit:  # fmt: skip
     """Search by Gauss-Newton steps in a box that grows where the quadratic model holds and shrinks where it fails."""
     cost, radius, costs = problem.cost(theta), RADIUS, [np.inf] * LAST
     if not np.isfinite(cost):
         return _failed(problem, theta, "the model cannot be simulated at its starting values")
     converged, sentence = False, f"no minimum within {iterations} iterations"
     matrix, right = problem.normal(theta)
-    for _ in range(iterations):
+    for number in range(iterations):
         step, expected = problem.step(matrix, right, theta, radius)
         slow = costs[-LAST] - cost < enough
         if slow or expected < NEGLIGIBLE or radius < STALLED:
@@ -242,6 +246,8 @@ def _search(problem: _Problem, theta: Array, iterations: int, valleys: bool, eno
         if gain > 0.0:
             costs.append(cost)
             theta, cost = there, trial
+            if number + 1 == iterations and not told:
+                return _untold(problem, theta, cost, sentence)
             matrix, right = problem.normal(theta)
     covariance = inverse(matrix)
     beyond = float(right @ covariance @ right)
@@ -267,5 +273,10 @@ def _ending(left: float, cost: float) -> tuple[bool, str]:
 
 def _failed(problem: _Problem, theta: Array, sentence: str) -> Fit:
     """Return a fit that says why there is none."""
-    size = theta.size
-    return Fit(problem.chain, problem.coordinates, theta, float("inf"), np.full((size, size), np.inf), False, sentence)
+    return replace(_untold(problem, theta, float("inf"), sentence), chain=problem.chain)
+
+
+def _untold(problem: _Problem, theta: Array, cost: float, sentence: str) -> Fit:
+    """Return a fit that was left before its end, and of which nobody asks how sure it is."""
+    unknown = np.full((theta.size, theta.size), np.inf)
+    return Fit(problem.at(theta), problem.coordinates, theta, cost, unknown, False, sentence)

@@ -66,19 +66,22 @@ class Bench:
         """Return by how much chi-squared may fall because the data are weighed beside a law that is known roughly."""
         return self.carried.rough if self.carried else 0.0
 
-    def fitted(self, chain: Chain, effects: Sequence[Effect], iterations: int = ITERATIONS) -> Hypothesis:
+    def fitted(
+        self, chain: Chain, effects: Sequence[Effect], iterations: int = ITERATIONS, told: bool = True
+    ) -> Hypothesis:
         """Fit a chain from its own values, with the priors of the plain parameters at the rig file's.
 
         The search goes on coarser grids; what those of the bench add to the answer is measured where it begins and
-        where it ends, and again as long as that makes a difference.
+        where it ends, and again as long as that makes a difference. Where a fit is left to be continued, it need not
+        be ``told`` how sure its values are.
         """
         seen = self._coarsened(chain)
-        found = self._searched(chain, effects, seen, iterations)
+        found = self._searched(chain, effects, seen, iterations, told=told)
         for _ in range(ROUNDS):
             before, seen = seen, self._coarsened(found.chain)
             if seen == before or alike(before, seen):
                 break
-            found = self._searched(found.chain, effects, seen, iterations)
+            found = self._searched(found.chain, effects, seen, iterations, told=told)
         left, swell = without_chance(found.chain, effects, seen, self.noise_known)
         count = sum(o.count for o in self.observations)
         return Hypothesis(tuple(effects), found, left, count, self.noise_known, swell, self.observations)
@@ -95,12 +98,12 @@ class Bench:
 
     def _searched(
         self, chain: Chain, effects: Sequence[Effect], seen: tuple[Observation, ...], iterations: int,
-        enough: float = ENOUGH,
+        enough: float = ENOUGH, told: bool = True,
     ) -> Fit:  # fmt: skip
         """Fit a chain on grids that stay; where what it makes by chance shows, its size is told by that, too."""
         search = partial(
             fit, observations=seen, centre=self.plain.values, fixed=self.fixed, iterations=iterations, valleys=False,
-            enough=enough, rougher=ROUGHER if enough else 1,
+            enough=enough, rougher=ROUGHER if enough else 1, told=told,
         )  # fmt: skip
         if self.carried and self.carried.law in effects:
             return search(chain, pull=self.carried.pull)

@@ -43,8 +43,13 @@ class _Runner:
 
     def further(self) -> "_Runner":
         """Return it a lap on."""
-        fitted = self.track.bench.fitted(self.fitted.fit.chain, self.track.base.effects, STRIDE)
+        fitted = self.track.bench.fitted(self.fitted.fit.chain, self.track.base.effects, STRIDE, told=False)
         return replace(self, fitted=fitted)
+
+    def ended(self, whole: _Track) -> "_Runner":
+        """Return it a lap on, on all samples, with how sure its values are."""
+        fitted = whole.bench.fitted(self.fitted.fit.chain, whole.base.effects, STRIDE)
+        return _Runner(self.suspect, whole, fitted)
 
 
 def raced(
@@ -60,8 +65,8 @@ def raced(
         ahead = sorted(running, key=lambda runner: runner.left)[: max(len(running) // 2, LAST)]
         running = [runner.further() for runner in ahead]
     last = sorted(running, key=lambda runner: runner.left)[:LAST]
-    ended = [r if r.track is whole else replace(r, track=whole).further() for r in last]
-    return [(r.suspect, r.fitted) for r in sorted(ended, key=lambda runner: runner.left)]
+    ended = sorted((runner.ended(whole) for runner in last), key=lambda runner: runner.left)
+    return [(runner.suspect, runner.fitted) for runner in ended]
 
 
 def _begun(whole: _Track, others: Sequence[Suspect]) -> Iterator[_Runner]:
@@ -69,7 +74,7 @@ def _begun(whole: _Track, others: Sequence[Suspect]) -> Iterator[_Runner]:
     fewer = _fewer(whole)
     for s in others:
         track = fewer if fewer is not None and _is_shown(whole, s) else whole
-        yield _Runner(s, track, fitted_from(track.bench, track.base, s, STRIDE))
+        yield _Runner(s, track, fitted_from(track.bench, track.base, s, STRIDE, told=False))
 
 
 def _fewer(whole: _Track) -> _Track | None:
@@ -91,19 +96,21 @@ def _is_shown(whole: _Track, found: Suspect) -> bool:
     return SHOWN * before < after < before / SHOWN
 
 
-def fitted_from(bench: Bench, base: Hypothesis, found: Suspect, iterations: int = ITERATIONS) -> Hypothesis:
+def fitted_from(
+    bench: Bench, base: Hypothesis, found: Suspect, iterations: int = ITERATIONS, told: bool = True
+) -> Hypothesis:
     """Fit a correction on top of a hypothesis, from what solves the linear problem where that helps."""
     still = found.correction.put_in(base.fit.chain)
     solved = still.with_values(found.values)
     if is_fine(found.correction):
         return as_it_is(bench, base, solved)
     helps = total_chi_squared(solved, bench.observations) < base.chi2
-    fitted = bench.fitted(solved if helps else still, base.effects, iterations)
+    fitted = bench.fitted(solved if helps else still, base.effects, iterations, told)
     if not found.correction.searched:
         return fitted
     turned = turned_sines(fitted.fit.chain, bench.observations, [p.name for p in found.correction.parameters()])
     return fitted if turned is fitted.fit.chain else min(
-        (fitted, bench.fitted(turned, base.effects, iterations)), key=lambda h: h.chi2
+        (fitted, bench.fitted(turned, base.effects, iterations, told)), key=lambda h: h.chi2
     )  # fmt: skip
 
 

@@ -381,3 +381,20 @@ def test_a_start_beyond_what_is_allowed_begins_at_the_bound():
     chain = clamp.put_in(plain_chain(model_of(RC)), {"knee": 5.0, "n_vt": 0.1, "slope": 1.2})
     found = fit(chain, run, fixed=("G1", "F", "G2"))
     assert found.chain.values["diode_clamp.slope"] <= 0.97
+
+
+def test_a_fit_that_is_to_be_continued_does_not_ask_how_sure_it_is(rc, monkeypatch):
+    """It ends where it would have ended, and sums the normal equations once less."""
+    start = chain_of(model_of(RC)).with_values({"G1.den.s1": 1.5 * chain_of(model_of(RC)).values["G1.den.s1"]})
+    summed, normal = [], _Problem.normal
+    monkeypatch.setattr(_Problem, "normal", lambda problem, theta: summed.append(1) or normal(problem, theta))
+    told = fit(start, observations(rc), iterations=2)
+    once = len(summed)
+    left = fit(start, observations(rc), iterations=2, told=False)
+    assert len(summed) - once == once - 1 == 2
+    assert (left.theta.tolist(), left.cost, left.converged) == (told.theta.tolist(), told.cost, False)
+    assert np.all(np.isinf(left.covariance))
+    assert np.all(np.isfinite(told.covariance))
+    ended = fit(start, observations(rc), iterations=40, told=False)
+    assert ended.converged
+    assert np.all(np.isfinite(ended.covariance))  # a search that comes to its end knows
