@@ -42,10 +42,10 @@ def laps(slow: Bench, base: Hypothesis, others: list[Suspect], monkeypatch: pyte
     asked: dict[int, list[str]] = {}
     fitted = Bench.fitted
 
-    def noted(bench, chain, effects, iterations=0, *rest):
+    def noted(bench, chain, effects, iterations=0, *rest, **told):
         forms = [stage.form for stage in chain.added]
         asked.setdefault(sum(o.count for o in bench.observations), []).extend(forms)
-        return fitted(bench, chain, effects, iterations, *rest)
+        return fitted(bench, chain, effects, iterations, *rest, **told)
 
     with monkeypatch.context() as patched:
         patched.setattr(Bench, "fitted", noted)
