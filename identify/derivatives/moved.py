@@ -4,6 +4,7 @@ They go through what comes behind it eight abreast (lanes): each stage is begun 
 takes eight signals in the time of one or two.
 """
 
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -19,6 +20,23 @@ from identify.trace import Array
 
 TOGETHER = WIDTH - 1  # movers in a team, beside the unmoved signal
 Wide = Callable[[Block, Matrix], None]  # what turns eight signals into eight in their place, shape (8, n)
+
+
+class _Room(threading.local):
+    """Memory for eight signals on their way, the same every time: new memory costs more than what is done in it."""
+
+    def __init__(self) -> None:
+        """Begin with none."""
+        self._all = np.zeros(0)
+
+    def of(self, size: int) -> Matrix:
+        """Return room for eight signals of so many instants, with whatever was left in it."""
+        if self._all.size < WIDTH * size:
+            self._all = np.zeros(WIDTH * size)
+        return self._all[: WIDTH * size].reshape(WIDTH, size)
+
+
+_ROOM = _Room()
 
 
 @dataclass(frozen=True)
@@ -73,7 +91,7 @@ class Abreast:
         self._begin, self._joining = min(lasts), [list[tuple[int, Mover]]() for _ in range(count)]
         for lane, (m, last) in enumerate(zip(movers, lasts, strict=True), 1):
             self._joining[last].append((lane, m))
-        self._behind, self._room = list[Wide](), np.empty((WIDTH, 0))
+        self._behind = list[Wide]()
         for i in range(self._begin + 1, count):
             used = [0, *(lane for lane, last in enumerate(lasts, 1) if last < i)]
             stage = chain.stages[i]
@@ -86,9 +104,7 @@ class Abreast:
         the first, and what every one left. All but the last stretch are of a multiple of eight instants.
         """
         size = passed[0].signal.size
-        if self._room.shape[1] < size or self._room.shape[1] >= size + WIDTH:
-            self._room = np.zeros((WIDTH, -(-size // WIDTH) * WIDTH))
-        signals = self._room
+        signals = _ROOM.of(-(-size // WIDTH) * WIDTH)
         signals[0, :size] = passed[self._begin + 1].signal
         for i in range(self._begin, len(self._joining)):
             if i > self._begin:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from identify.model import LinearF
-from tests.benchmarks import plain_chain, start_up
+from tests.benchmarks import abreast, plain_chain, start_up
 from tests.benchmarks.timing import Timed, ratio_of_rounds, side_by_side
 
 
@@ -32,6 +32,16 @@ def test_the_table_has_a_row_for_every_order(capsys):
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith("2000 samples, 3 rounds")
     assert [line.split()[0] for line in lines[2:]] == ["1", "2", "3"]
+
+
+def test_values_abreast_and_simulated_one_by_one_change_the_answer_alike(capsys):
+    for order in abreast.ORDERS:
+        chain, seen = abreast.chain_with(order), abreast.seen(5000)
+        found, expected = abreast.abreast(chain, seen), abreast.simulated(chain, seen)
+        assert np.abs(expected).max(axis=1).min() > 1e-3
+        assert np.abs(found - expected).max() < 1e-6 * np.abs(expected).max()
+    abreast.main(["2000", "3"])
+    assert [line.split()[0] for line in capsys.readouterr().out.splitlines()[2:]] == ["1", "2", "3"]
 
 
 def test_start_up_is_measured_beside_an_idle_interpreter():
