@@ -88,15 +88,15 @@ class Tapped:
         late = len(self.chain.stages) - len(chain.stages)
         shapes = [*self._shapes[: first + 1], *self._shapes[first + 1 + late :]]
         movers = [mover(c, first, c.of(stage, grid.run), False, grid, shapes) for c in chains]
-        entering, behind = ((self.source, *self.signals)[i] for i in (first, first + 1 + late))
+        taps = (self.source, *self.signals)
+        taps = (*taps[: first + 1], *taps[first + 1 + late :])  # as the other chain has them, unmoved
         o, scale = self.observation, 1.0 / (self.observation.noise_v * unit)
-        whole = o.colour.white and o.count == entering.size
+        whole = o.colour.white and o.count == self.source.size
         for which, team in teams(chain, grid, movers, shapes):
-            changes = rows[which] if whole else np.empty((which.stop - which.start, entering.size))
-            for at in range(0, entering.size, CHUNK):
+            changes = rows[which] if whole else np.empty((which.stop - which.start, self.source.size))
+            for at in range(0, self.source.size, CHUNK):
                 there = slice(at, at + CHUNK)
-                before, after = (Block(signal[there], self.source[there], at, grid) for signal in (entering, behind))
-                passed = [before] * (first + 1) + [after] * (len(chain.stages) - first)
+                passed = [Block(tap[there], self.source[there], at, grid) for tap in taps]
                 team.write_changes(passed, 1, scale, changes[:, there])
             if not whole:
                 rows[which] = self._weighed(changes)

@@ -133,7 +133,7 @@ def _abreast(stage: Stage, values: Values, grid: Grid, shape: Shape, used: Seque
         return _play(values)
     run = stage.begin(values, grid, shape)[0]
     if isinstance(run, Memoryless):
-        return _law(run)
+        return _law(run, used)
     return _one_by_one([stage.begin(values, grid, shape)[0] for _ in used], used)
 
 
@@ -141,11 +141,12 @@ def _untouched(_: Block, signals: Matrix) -> None:
     """Leave signals as they are."""
 
 
-def _law(of_each: Memoryless) -> Wide:
-    """Return a memoryless stage at work on eight signals."""
+def _law(of_each: Memoryless, used: Sequence[int]) -> Wide:
+    """Return a memoryless stage at work on signals all at once."""
 
-    def run(_: Block, signals: Matrix) -> None:
-        signals[:] = of_each.law(signals.ravel()).reshape(signals.shape)
+    def run(block: Block, signals: Matrix) -> None:
+        some = signals[list(used), : block.signal.size]
+        signals[list(used), : block.signal.size] = of_each.law(some.ravel()).reshape(some.shape)
 
     return run
 

@@ -1,18 +1,20 @@
 """Is what several chains answer, run abreast from where they differ, what each of them answers alone?"""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
+from identify import taps
 from identify.chain import Chain, grid_of, simulate
 from identify.derivatives import moved, sensitivities
 from identify.derivatives.sensitivities import DIFFERENCE
 from identify.effects import chain_of
 from identify.model import Model, Physics
 from identify.observe import Observation
-from identify.stage import Place
+from identify.stage import Held, Parameter, Place, Ramp, Stage
 from identify.taps import Taps
+from identify.trace import Trace
 from identify.unnamed.maps import LevelMap
 from tests.unit.identify.derivatives.test_tangents import PLAY, block, observed, own_sizes
 
@@ -81,3 +83,38 @@ def test_changes_of_weights_are_those_of_each_alone(place, half):
     for row, one in zip(found, chains, strict=True):
         expected = (simulate(one, seen.trace) - simulate(chain, seen.trace))[seen.use] / 0.01
         assert np.abs(row - expected).max() < 1e-10 * max(np.abs(expected).max(), 1.0)
+
+
+@dataclass(frozen=True)
+class Smoothed(Stage):
+    """A gain behind which nothing is held any more: what is behind it is begun otherwise."""
+
+    name: str = "smoothed"
+    place: Place = Place.SOURCE
+
+    def parameters(self):
+        return (Parameter("smoothed.k", ""),)
+
+    def begin(self, values, grid, shape):
+        return (lambda block: block.signal * (1.0 + values[0])), Ramp()
+
+
+@pytest.mark.parametrize("size", [1501, 70_000])
+def test_what_makes_a_held_signal_another_shape_changes_it_as_each_alone_does(size):
+    chain, u = rig(()), np.resize(observed().trace.u[:], size)
+    seen = Observation(Trace("run", 1e4, u, np.zeros(size)), np.ones(size, dtype=bool), 1.0)
+    there = chain.with_stage(Smoothed(), {"smoothed.k": 0.0})
+    chains = [there.with_values({"smoothed.k": k}) for k in (0.0, 0.1, 0.2)]
+    assert len(chains) >= taps.FEW
+    shapes = [one.begun(grid_of(seen.trace))[1] for one in (chain, there)]
+    assert (shapes[0][1], shapes[1][2]) == (Held(), Ramp())  # what enters G1
+    for row, one in zip(Taps(chain, (seen,)).changes(chains), chains, strict=True):
+        expected = simulate(one, seen.trace) - simulate(chain, seen.trace)
+        assert np.abs(row - expected).max() < 1e-9 * np.abs(expected).max()
+
+
+def test_what_was_left_by_what_overflowed_disturbs_nothing():
+    chain, seen = rig(PHYSICS["a law of every value on its own"]), observed(y=0.5)
+    expected = sensitivities.sensitivities(chain, own_sizes(chain), seen).slopes()
+    moved._ROOM.of(4096)[:] = np.inf
+    assert np.array_equal(sensitivities.sensitivities(chain, own_sizes(chain), seen).slopes(), expected)
