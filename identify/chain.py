@@ -161,9 +161,9 @@ def grid_of(trace: Trace, substeps: int = 1) -> Grid:
     return Grid(trace.name, 1.0 / (trace.rate_hz * substeps), substeps, trace.start_s, trace.late_s)
 
 
-def samples_at_once(substeps: int, instants: int = CHUNK) -> int:
-    """Return how many samples are handled at once: a multiple of eight, of so many instants to a sample."""
-    return max(instants // substeps // 8, 1) * 8
+def samples_at_once(substeps: int, instants: int | None = None) -> int:
+    """Return how many samples are handled at once: a multiple of eight, ``CHUNK`` instants or as many as are given."""
+    return max((instants or CHUNK) // substeps // 8, 1) * 8
 
 
 def chunks(source: Samples, grid: Grid, samples: int | None = None) -> Iterator[Block]:

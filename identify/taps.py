@@ -12,7 +12,7 @@ import numpy as np
 from identify.between import source_of
 from identify.chain import CHUNK, Chain, advance, grid_of
 from identify.colour import whitening
-from identify.derivatives.moved import mover, teams
+from identify.derivatives.moved import AT_ONCE, mover, teams
 from identify.discretise import Matrix
 from identify.observe import Observation
 from identify.stage import Block, Grid, Ramp, Shape, Values
@@ -94,8 +94,8 @@ class Tapped:
         whole = o.colour.white and o.count == self.source.size
         for which, team in teams(chain, grid, movers, shapes):
             changes = rows[which] if whole else np.empty((which.stop - which.start, self.source.size))
-            for at in range(0, self.source.size, CHUNK):
-                there = slice(at, at + CHUNK)
+            for at in range(0, self.source.size, AT_ONCE):
+                there = slice(at, at + AT_ONCE)
                 passed = [Block(tap[there], self.source[there], at, grid) for tap in taps]
                 team.write_changes(passed, 1, scale, changes[:, there])
             if not whole:

@@ -18,6 +18,7 @@ from identify.discretise import Matrix
 from identify.stage import Block, Grid, Memoryless, Run, Shape, Stage, Values
 from identify.trace import Array
 
+AT_ONCE = 1 << 14  # instants: eight signals of as many stay in the near cache
 TOGETHER = WIDTH - 1  # movers in a team, beside the unmoved signal
 Wide = Callable[[Block, Matrix], None]  # what turns eight signals into eight in their place, shape (8, n)
 

@@ -13,7 +13,7 @@ from identify.chain import Chain, advance, grid_of, running, samples_at_once
 from identify.colour import whitening
 from identify.derivatives import lane_kernels
 from identify.derivatives.lanes import WIDTH
-from identify.derivatives.moved import Abreast, Mover, mover, teams
+from identify.derivatives.moved import AT_ONCE, Abreast, Mover, mover, teams
 from identify.derivatives.tangents import Scales, Tangents, tangents
 from identify.discretise import Matrix
 from identify.observe import Observation
@@ -21,7 +21,6 @@ from identify.stage import Block, Grid, Run, Shape
 from identify.trace import Array, Mask
 
 DIFFERENCE = 1e-5  # step of the differences, in search coordinates
-AT_ONCE = 1 << 15  # instants: eight signals of as many stay in the near cache
 
 
 @dataclass(frozen=True)
