@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from identify import between, chain, colour, noise
-from identify.derivatives import tangents
+from identify import between, chain, colour, noise, taps
+from identify.derivatives import sensitivities, tangents
 from identify.harmonic import periods
 from identify.planning import excitation
 from identify.starts import early
@@ -26,6 +26,8 @@ def _small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(regrouped, "__defaults__", (BLOCK,))
     monkeypatch.setattr(chain, "CHUNK", BLOCK)
     monkeypatch.setattr(tangents, "AT_ONCE", BLOCK // 16)
+    monkeypatch.setattr(sensitivities, "AT_ONCE", BLOCK // 8)
+    monkeypatch.setattr(taps, "AT_ONCE", BLOCK // 8)
     monkeypatch.setattr(noise, "LONG", BLOCK)
     monkeypatch.setattr(noise, "BEGINNINGS", (PREFIX,))
     monkeypatch.setattr(excitation, "LONGEST", PREFIX)
