@@ -15,7 +15,7 @@ from identify.colour import whitening
 from identify.derivatives.moved import AT_ONCE, mover, teams
 from identify.discretise import Matrix
 from identify.observe import Observation
-from identify.stage import Block, Grid, Ramp, Shape, Values
+from identify.stage import Block, Grid, Shape, Values
 from identify.trace import Array
 
 FEW = 3  # chains that take no longer one after the other
@@ -55,10 +55,7 @@ class Tapped:
     @cached_property
     def _shapes(self) -> tuple[Shape, ...]:
         """Return the shape of what enters every stage, and of the answer."""
-        shapes: list[Shape] = [Ramp()]
-        for stage, values in zip(self.chain.stages, self._values, strict=True):
-            shapes.append(stage.begin(values, self.grid, shapes[-1])[1])
-        return tuple(shapes)
+        return tuple(self.chain.begun(self.grid)[1])
 
     def write_changes(self, chains: Sequence[Chain], unit: float, rows: Matrix) -> None:
         """Write how the answers of chains differ where samples count, in units of the noise and per ``unit``, (m, n).

@@ -1,4 +1,4 @@
-"""The compiled loops that run eight derivatives abreast (lanes), two instants at a time (abreast)."""
+"""The compiled loops that run eight derivatives (two instants at a time, abreast) or eight signals at once (lanes)."""
 
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,7 @@
 """How does the answer of a chain change with every searched number, where a residual counts?
 
 The plain chain runs its derivatives beside its signals (tangents). Any other chain is run once more for every
-number moved a little; it shares with the unmoved one every stage before the first that differs.
+number moved a little, from the stage that it belongs to on; several go together through what is behind it (moved).
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify.chain import Chain, advance, grid_of, running, samples_at_once
+from identify.chain import Chain, advance, grid_of, local_name, running, samples_at_once
 from identify.colour import whitening
 from identify.derivatives import lane_kernels
 from identify.derivatives.lanes import WIDTH
@@ -145,7 +145,7 @@ def _moved(
     """Return what does a stage of which a value is moved, and those of it that follow; None where this run has it not.
     """
     of_all, _, run = name.partition("[")
-    of_run = f"{of_all}[{grid.run}]"
+    of_run = local_name(of_all, grid.run)
     if (run and name != of_run) or (not run and of_run in chain.values):
         return None
     first = owners[of_all]

@@ -54,6 +54,15 @@ def assert_as_alone(chain: Chain, seen: Observation) -> None:
         assert np.abs(slopes - expected).max() < 1e-6 * max(np.abs(expected).max(), 1.0), name
 
 
+def test_a_value_that_follows_another_moves_with_it():
+    chain = replace(rig(PHYSICS["a stage with a memory of its own"]), tied=(("F.S_U", "F.S_L"),))
+    sizes, seen = {"F.S_L": 1.0}, observed(y=0.5)
+    (slopes,) = sensitivities.sensitivities(chain, sizes, seen).slopes()
+    expected = alone(chain, "F.S_L", DIFFERENCE, seen) / DIFFERENCE
+    apart = alone(replace(chain, tied=()), "F.S_L", DIFFERENCE, seen) / DIFFERENCE
+    assert np.abs(slopes - expected).max() < 1e-6 * np.abs(expected).max() < np.abs(expected - apart).max()
+
+
 def test_a_signal_that_is_held_and_comes_later_is_another_to_what_is_behind_it():
     """The delay of blocks without dynamics moves the instant at which what they put out jumps."""
     chain, seen = rig((Physics("feedthrough", {"k": 0.1}),), order=0), observed(y=0.5)
