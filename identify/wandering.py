@@ -8,6 +8,7 @@ deviation of w from its mean thus fades with p and is pushed by 2 g^2 / p in var
 it stays as it is.
 
 Where it is the contact that is made elsewhere every time, that deviation is another at every new contact, and stays.
+Where what holds w in the gap gathers noise, it grows there, and the next contact ends it.
 """
 
 import numpy as np
@@ -19,13 +20,15 @@ from identify.innovations import Wander
 from identify.observe import Observation
 from identify.ratchet import HIGHEST, PER_Z, Kind, gains, renewal
 from identify.stage import Grid, Place, Ramp
-from identify.trace import Array
+from identify.trace import Array, Mask
 
 FADES = 6.0 / np.pi**2  # times p: so that it scatters as the highest of many does (E. J. Gumbel, 1958), not less
 FORGETS: dict[Kind, float] = {"low-pass": 1.0, "white": 2.0}  # in its unit of time: no quicker than the noise itself
 NEAR = 1e-9  # of how far w goes: it stands at a border that is no farther away
 PUSHED = 0.25  # chance of a border that is anew elsewhere to push what rested at the other
 NEVER = 1e-9  # chance of a push in a step below which there is none
+REFLECTED = 1.0 - 2.0 / np.pi  # of the variance of a walk, that it has where a border keeps it on one side
+FASTEST = 30.0  # steps of a walk, by which a border moves in one that forgets all before it
 
 
 def wander_of(chain: Chain, observation: Observation, sd_v: float, kind: Kind, bandwidth_hz: float) -> Wander:
@@ -34,16 +37,14 @@ def wander_of(chain: Chain, observation: Observation, sd_v: float, kind: Kind, b
 
     Raises ValueError where the chain cannot be simulated.
     """
-    o = observation
-    grid, passed = grid_of(o.trace), signals(chain, o.trace)
-    v, w = passed[chain.index(Place.G1) - 1], passed[chain.index(Place.F) - 1]
+    o, (w, lower, upper) = observation, _borders(chain, observation)
+    grid = grid_of(o.trace)
     renewed = renewal(kind, bandwidth_hz, grid.step_s)
     table, memory = gains(kind, renewed), float(np.exp(-FORGETS[kind] * renewed))
     before = np.concatenate((w[:1], w[:-1]))
-    s_l, d_l, s_u, d_u = (chain.values[f"F.{name}"] for name in ("S_L", "D_L", "S_U", "D_U"))
-    sizes = abs(s_l) * sd_v, abs(s_u) * sd_v
-    keep_l, gain_l = _pushed((before - s_l * (v - d_l)) / sizes[0], table, memory)
-    keep_u, gain_u = _pushed((s_u * (v - d_u) - before) / sizes[1], table, memory)
+    sizes = [abs(chain.values[f"F.{name}"]) * sd_v for name in ("S_L", "S_U")]
+    keep_l, gain_l = _pushed((before - lower) / sizes[0], table, memory)
+    keep_u, gain_u = _pushed((upper - before) / sizes[1], table, memory)
     gained = (sizes[0] ** 2 * gain_l + sizes[1] ** 2 * gain_u) / o.noise_v**2
     return _behind(chain, grid, keep_l * keep_u, gained, o)
 
@@ -54,21 +55,49 @@ def scattered_of(chain: Chain, observation: Observation, sd_v: float, at_turns: 
     Where the gap is another already ``at_turns``, w may be pushed as it leaves a border. Raises ValueError where the
     chain cannot be simulated.
     """
-    o = observation
-    grid, passed = grid_of(o.trace), signals(chain, o.trace)
-    v, w = passed[chain.index(Place.G1) - 1], passed[chain.index(Place.F) - 1]
-    s_l, d_l, s_u, d_u = (chain.values[f"F.{name}"] for name in ("S_L", "D_L", "S_U", "D_U"))
-    lower, upper = s_l * (v - d_l), s_u * (v - d_u)
-    reach = NEAR * float(np.max(np.abs(w)))
-    away = (w - lower > reach) & (upper - w > reach)
+    o, (w, lower, upper) = observation, _borders(chain, observation)
+    away = _away(w, lower, upper)
     held = w[np.maximum(np.maximum.accumulate(np.where(away, np.arange(w.size), -1)), 0)]
-    sizes = abs(s_l) * sd_v, abs(s_u) * sd_v
+    sizes = [abs(chain.values[f"F.{name}"]) * sd_v for name in ("S_L", "S_U")]
     met_l, met_u = _met((held - lower) / sizes[0]), _met((upper - held) / sizes[1])
     if at_turns:
         opens = away & ~np.concatenate((away[:1], away[:-1]))
         met_l, met_u = (np.where(opens, PUSHED, met) for met in (met_l, met_u))
     gained = (sizes[0] ** 2 * met_l + sizes[1] ** 2 * met_u) / o.noise_v**2
-    return _behind(chain, grid, (1.0 - met_l) * (1.0 - met_u), gained, o)
+    return _behind(chain, grid_of(o.trace), (1.0 - met_l) * (1.0 - met_u), gained, o)
+
+
+def gathered_of(chain: Chain, observation: Observation, sd_v: float) -> Wander:
+    """Return how w wanders in a run where what holds it gathers noise: it walks in the gap, by an sd in V in a second.
+
+    A border that moves by c in a step against a walk of s in one has w nearly exponentially within s^2 / 2 c of it, and
+    that fades in some 2 s^2 / c^2 steps (J. M. Harrison, Brownian Motion and Stochastic Flow Systems, 1985). Raises
+    ValueError where the chain cannot be simulated.
+    """
+    o, (w, lower, upper) = observation, _borders(chain, observation)
+    grid, away = grid_of(o.trace), _away(w, lower, upper)
+    step_v, at = sd_v * np.sqrt(grid.step_s), np.arange(w.size)
+    walked = step_v * np.sqrt(np.maximum(at - np.maximum.accumulate(np.where(away, -1, at)), 1))
+    met = 1.0 - (1.0 - _met((w - lower) / walked)) * (1.0 - _met((upper - w) / walked))
+    speed = np.where(away, 0.0, np.abs(np.diff(w, prepend=w[:1]))) / step_v
+    keeps = np.exp(-0.5 * np.square(np.minimum(speed, FASTEST)))
+    near = np.where(speed > 0.0, 0.25 / np.square(np.maximum(speed, NEVER)) * (1.0 - np.square(keeps)), 1.0)
+    gained = np.where(away, 1.0, np.minimum(near, REFLECTED)) * step_v**2 / o.noise_v**2
+    return _behind(chain, grid, keeps * np.where(away, 1.0 - met, 1.0), gained, o)
+
+
+def _borders(chain: Chain, observation: Observation) -> tuple[Array, Array, Array]:
+    """Return w of a run, and where either border would have it, V."""
+    passed = signals(chain, observation.trace)
+    v, w = passed[chain.index(Place.G1) - 1], passed[chain.index(Place.F) - 1]
+    s_l, d_l, s_u, d_u = (chain.values[f"F.{name}"] for name in ("S_L", "D_L", "S_U", "D_U"))
+    return w, s_l * (v - d_l), s_u * (v - d_u)
+
+
+def _away(w: Array, lower: Array, upper: Array) -> Mask:
+    """Return where no border is at w."""
+    reach = NEAR * float(np.max(np.abs(w)))
+    return np.asarray((w - lower > reach) & (upper - w > reach))
 
 
 def _met(height: Array) -> Array:

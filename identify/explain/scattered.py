@@ -1,11 +1,12 @@
-"""Is contact made elsewhere every time, so that no law foretells where?
+"""Is contact made elsewhere every time, or does w walk while it is held, so that no law foretells where?
 
 Noise in front of the gap carries w along while a border pushes it, too; where only the contact is another, w keeps
-what it found there until the next one. Which of the two makes what repeats differ by likelier, is asked of
-either with the numbers that do so most (identify.wandering).
+what it found there until the next one, and where it walks in the gap, the next one ends that. Which of these makes
+what repeats differ by likelier, is asked of each with the numbers that do so most (identify.wandering).
 """
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from math import exp, inf, log
 
 import numpy as np
@@ -18,14 +19,20 @@ from identify.effects.inside_play import gap_v
 from identify.explain.bench import Bench
 from identify.explain.carried import SIZES, Repeats, begun_at, cost_of, in_question, likeliest, repeats_of, tells_much
 from identify.explain.hypothesis import Hypothesis
-from identify.wandering import scattered_of
+from identify.innovations import Wander
+from identify.observe import Observation
+from identify.wandering import gathered_of, scattered_of
 
 SURELY = 20.0  # twice the log of a likelihood, by which that is likelier
 STEP = log(SIZES[1] / SIZES[0])
+Law = Callable[[Chain, Observation, float], Wander]
+LAWS: tuple[Law, ...] = (  # contact made elsewhere, from the contact or from the turn before it on; what holds w walks
+    partial(scattered_of, at_turns=False), partial(scattered_of, at_turns=True), gathered_of,
+)
 
 
 def scattered(bench: Bench, plain: Hypothesis) -> bool:
-    """Return whether what repeats differ by is likelier made by contacts, each elsewhere, than by noise before them.
+    """Return whether what repeats differ by is likelier made inside F, by one of its laws, than by noise before it.
 
     False where repeats differ by no more than chance lets them, or where readings are weighed beside something else.
     """
@@ -33,7 +40,7 @@ def scattered(bench: Bench, plain: Hypothesis) -> bool:
     if not laws:
         return False
     repeats = repeats_of(chain, bench.observations)
-    least = min(_least(_cost(chain, repeats, at_turns), gap_v(chain)) for at_turns in (False, True))
+    least = min(_least(_cost(chain, repeats, law), gap_v(chain)) for law in LAWS)
     if not tells_much(repeats, least):
         return False
     begun = begun_at(laws[0], chain, repeats)
@@ -45,13 +52,12 @@ def scattered(bench: Bench, plain: Hypothesis) -> bool:
     return all(least + SURELY < likeliest(law, there, repeats, begun)[1] for law, there in among)
 
 
-def _cost(chain: Chain, repeats: Sequence[Repeats], at_turns: bool) -> Callable[[float], float]:
-    """Return the cost of differences between repeats over the log of the sd of contacts; infinity where there is none.
-    """
+def _cost(chain: Chain, repeats: Sequence[Repeats], law: Law) -> Callable[[float], float]:
+    """Return the cost of differences between repeats over the log of a law's sd; infinity where there is none."""
 
     def cost(log_sd: float) -> float:
         try:
-            wanders = [scattered_of(chain, r.observation, exp(log_sd), at_turns) for r in repeats]
+            wanders = [law(chain, r.observation, exp(log_sd)) for r in repeats]
             return sum(r.cost(Colour(wander=wander)) for r, wander in zip(repeats, wanders, strict=True))
         except (ValueError, ArithmeticError, LinAlgError):
             return inf
