@@ -11,12 +11,15 @@ from identify.noise import good, grid_step_v
 from identify.observe import Observation, refined
 from identify.readings.blemish import Blemish
 from identify.readings.missing_samples import Loss, loss_in
-from identify.readings.outliers import Samples, far_out, outliers
+from identify.readings.outliers import FarOut, Samples, far_out, outliers
 from identify.readings.spikes import spikes
 from identify.readings.stray import stray
 from identify.readings.uneven_noise import Uneven, uneven_noise
 from identify.trace import Array, Trace
 from identify.unnamed.correction import UNNAMED
+
+FAR_ABOVE = 2.0  # times the threshold, beyond which no reading is thrown by a tail of noise
+TAIL = 1e-3  # chance of readings that lie far out to be so often where noise is large, below which it has made them
 
 
 @dataclass(frozen=True)
@@ -72,15 +75,26 @@ def mended(
     left = [(t, t.y[:] - answer) for t, answer in zip(traces, answers, strict=True)]
     noise = uneven_noise(left[: len(training)], left[len(training) :]) if UNNAMED not in leave_out else None
     lsb_v = grid_step_v([*training, *proof])
-    seen = [outliers(t, noise.evened(t, rest) if noise else rest, lsb_v) for t, rest in left]
+    seen = [outliers(t, rest, lsb_v, noise.evened(t, rest) if noise else None) for t, rest in left]
     far = far_out(seen[: len(training)])
+    tail = noise is not None and far is not None and _is_tail(noise, far)
     for name, thrown_off in (("spikes", spikes), (UNNAMED, stray)):
-        told, threshold = thrown_off(far, seen[len(training) :])
+        told, threshold = thrown_off(None if tail and name == "spikes" else far, seen[len(training) :])
         if told and name not in leave_out:
             found += told
             traces = [without(t, o.beyond(threshold)) for t, o in zip(traces, seen, strict=True)]
     runs = tuple(traces[: len(training)]), tuple(traces[len(training) :])
     return Mended(*runs, tuple(found), tuple(loss.low if loss else None for loss in losses), noise)
+
+
+def _is_tail(noise: Uneven, far: FarOut) -> bool:
+    """Return whether readings lie far out where noise is larger: what has no part in that comes anywhere.
+
+    Noise that goes with something need not be Gaussian, nor go with that alone. What stands far above it is none of it.
+    """
+    if float(np.median(np.abs(far.sizes_v / far.noise_v))) > FAR_ABOVE * far.threshold:
+        return False
+    return far.chance_along([noise.of(seen.trace) for seen in far.runs]) < TAIL
 
 
 def answer(chain: Chain, trace: Trace, noise_v: float) -> Array:

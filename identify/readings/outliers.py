@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter, uniform_filter1d
-from scipy.stats import chi2, gamma, norm, poisson
+from scipy.stats import chi2, gamma, mannwhitneyu, norm, poisson
 
 from identify.interval import Interval
 from identify.noise import good
@@ -32,12 +32,13 @@ FASTER = 1e-5  # chance of outliers at readings so fast, below which speed has t
 
 @dataclass(frozen=True)
 class Outliers:
-    """Readings of one recording against those beside them: how far in sd, the sd in V, and where they may be judged.
+    """Readings of one recording against those beside them: how far in V and in sd, the sd in V, and where judged.
 
     ``moves`` is how fast the model says that they move, V a sample.
     """
 
     trace: Trace
+    off_v: Array
     far: Array
     sd_v: float
     looked_at: Mask
@@ -56,14 +57,16 @@ class Outliers:
         return np.searchsorted(others, self.moves[out]) / (others.size + 1)
 
 
-def outliers(trace: Trace, residual: Array, lsb_v: float = 0.0) -> Outliers:
+def outliers(trace: Trace, residual: Array, lsb_v: float = 0.0, evened: Array | None = None) -> Outliers:
     """Return every reading against the median of those beside it, where the model does not fail.
 
-    Nor is any judged where readings follow each other farther than noise takes them: about their median they then
-    scatter as no noise does. One that flickers between two steps of the ADC, ``lsb_v`` apart, is no outlier.
+    ``residual`` is what that leaves, V, shape (N,), and ``evened`` that as if all readings scattered alike, where they
+    do not. Nor is any judged where readings follow each other farther than noise takes them: about their median they
+    then scatter as no noise does. One that flickers between two steps of the ADC, ``lsb_v`` apart, is no outlier.
     """
     use = good(trace)
-    alone = residual - median_filter(residual, BESIDE, mode="nearest")
+    off_v = _alone(residual)
+    alone = off_v if evened is None else _alone(evened)
     deviation = np.abs(alone)
     sd_v = _scatter(deviation[use], lsb_v)
     if lsb_v < sd_v:  # the median of readings in steps is a step, too
@@ -74,7 +77,12 @@ def outliers(trace: Trace, residual: Array, lsb_v: float = 0.0) -> Outliers:
     answer = trace.y[:] - residual
     moves = uniform_filter1d(np.abs(np.diff(answer, prepend=answer[:1])), BESIDE, mode="nearest")
     moves = np.maximum(moves, 0.0)  # where nothing moves a running sum ends below zero by its rounding
-    return Outliers(trace, alone / (sd_v or np.inf), sd_v, use & calm & ~_jumps(trace.u[:]), moves)
+    return Outliers(trace, off_v, alone / (sd_v or np.inf), sd_v, use & calm & ~_jumps(trace.u[:]), moves)
+
+
+def _alone(residual: Array) -> Array:
+    """Return by how much every value lies off the median of those beside it."""
+    return np.asarray(residual - median_filter(residual, BESIDE, mode="nearest"))
 
 
 def _scatter(deviation: Array, lsb_v: float) -> float:
@@ -129,7 +137,13 @@ class FarOut:
     @property
     def sizes_v(self) -> Array:
         """Return how far out they lie, V."""
-        return np.concatenate([np.abs(o.far[out]) * o.sd_v for o, out in zip(self.runs, self.out, strict=True)])
+        return np.concatenate([np.abs(o.off_v[out]) for o, out in zip(self.runs, self.out, strict=True)])
+
+    @property
+    def noise_v(self) -> Array:
+        """Return the noise of each where it lies, V."""
+        pairs = zip(self.runs, self.out, strict=True)
+        return np.concatenate([np.abs(o.off_v[out] / o.far[out]) for o, out in pairs])
 
     @property
     def moves_v(self) -> Array:
@@ -146,6 +160,12 @@ class FarOut:
         """Return whether some move faster than others do: how fast what comes by itself meets them is chance."""
         ranks = np.concatenate([o.ranked(at) for o, at in zip(self.runs, self.out, strict=True)])
         return float(gamma.sf(-np.sum(np.log1p(-ranks)), ranks.size)) < FASTER
+
+    def chance_along(self, along: Sequence[Array]) -> float:
+        """Return the chance that they stand as high as they do among all that were looked at, of values (N,) a run."""
+        those = np.concatenate([each[at] for each, at in zip(along, self.out, strict=True)])
+        every = np.concatenate([each[o.looked_at] for each, o in zip(along, self.runs, strict=True)])
+        return float(mannwhitneyu(those, every, alternative="greater").pvalue)
 
     def where(self, size: int, proof: Sequence[Outliers]) -> str:
         """Return in words how many are in the runs fitted and in those held out."""

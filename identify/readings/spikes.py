@@ -17,7 +17,7 @@ from identify.interval import Interval
 from identify.readings.blemish import Blemish
 from identify.readings.outliers import FarOut, Outliers, contradicted, poisson_rate
 from identify.stage import Parameter
-from identify.trace import Array
+from identify.trace import Array, Mask
 
 ALONE = 1.0  # sd that spikes may be smaller than the threshold: else they are the tail of something else
 # Of Gaussian readings thrown far off, against the median of the 17 they are among, by simulation of two million:
@@ -51,11 +51,12 @@ def spikes(seen: FarOut | None, proof: Sequence[Outliers]) -> tuple[tuple[Spikes
     """
     if seen is None or seen.faster:
         return (), float("inf")
-    sizes = _without_tail(seen.sizes_v / seen.sd_v, seen.threshold)
-    seen_of, size, size_sd = _fitted(sizes, seen.threshold)
+    kept = _above_tail(seen.sizes_v / seen.sd_v, seen.threshold)
+    sizes, noise = (each[kept] / seen.sd_v for each in (seen.sizes_v, seen.noise_v))
+    seen_of, size, size_sd = _fitted(sizes, noise, seen.threshold)
     if size < seen.threshold - ALONE:
         return (), float("inf")
-    expected = seen_of / seen.count * _reached(size, seen.threshold)
+    expected = sizes.size / seen.count
     if contradicted(proof, seen.threshold, expected):
         return (), float("inf")
     sd_v = seen.sd_v
@@ -66,32 +67,35 @@ def spikes(seen: FarOut | None, proof: Sequence[Outliers]) -> tuple[tuple[Spikes
     return (Spikes(values, seen.p_value, seen.where(sizes.size, proof)),), seen.threshold
 
 
-def _without_tail(sizes: Array, threshold: float) -> Array:
-    """Return sizes, in sd, without those that the tail of the noise adds to spikes which stand far above it."""
+def _above_tail(sizes: Array, threshold: float) -> Mask:
+    """Return which sizes, in sd, are none that the tail of the noise adds to spikes which stand far above it."""
     typical = float(np.median(sizes))
-    return sizes[sizes > 0.5 * typical] if typical > 2.0 * threshold else sizes
+    return np.asarray(sizes > (0.5 * typical if typical > 2.0 * threshold else 0.0))
 
 
-def _reached(size: float, threshold: float) -> float:
-    """Return the share of spikes of a size that lie beyond a threshold, noise added."""
-    return float(norm.sf((threshold + LEANT - size) / SCATTER))
+def _beneath(size: Array, noise: Array, threshold: float) -> Array:
+    """Return by how many sd the noise must raise spikes of a size for them to lie beyond a threshold, noise added."""
+    return np.asarray((threshold + LEANT - size / noise) / SCATTER)
 
 
-def _fitted(sizes: Array, threshold: float) -> tuple[float, float, float]:
+def _fitted(sizes: Array, noise: Array, threshold: float) -> tuple[float, float, float]:
     """Return how many spikes there are in all, their size and its standard error, in sd of the noise.
 
-    Maximum likelihood for one size in Gaussian noise of which only what lies beyond the threshold is seen; where sizes
-    scatter more than that, their rms.
+    Maximum likelihood for one size in Gaussian ``noise``, of each where it lies, of which only what lies beyond the
+    threshold is seen; where sizes scatter more than that, their rms.
     """
-    sizes = sizes + LEANT
-    scatter = float(np.std(sizes))
+    sizes = sizes + LEANT * noise
+    weights = 1.0 / np.square(noise)
+    scatter = float(np.std((sizes - np.average(sizes, weights=weights)) / noise))
     if sizes.size > 2 and scatter > 2.0:
         size = float(np.sqrt(np.mean(np.square(sizes))))
         return float(sizes.size), size, float(np.std(np.square(sizes))) / (2.0 * size * np.sqrt(sizes.size))
     grid = np.linspace(max(threshold - 3.0, 0.5), float(np.max(sizes)) + 1.0, 2000)
-    squares = np.sum(np.square(sizes)) - 2.0 * grid * np.sum(sizes) + sizes.size * np.square(grid)
-    likelihood = -0.5 * squares / SCATTER**2 - sizes.size * norm.logsf((threshold + LEANT - grid) / SCATTER)
+    levels, count = np.unique(np.round(noise, 3), return_counts=True)
+    squares = np.sum(weights) * np.square(grid) - 2.0 * grid * np.sum(weights * sizes)
+    seen = sum(n * norm.logsf(_beneath(grid, level, threshold)) for level, n in zip(levels, count, strict=True))
+    likelihood = -0.5 * squares / SCATTER**2 - seen
     size = float(grid[np.argmax(likelihood)])
     inside = grid[likelihood > np.max(likelihood) - 0.5]
-    sd = max(0.5 * float(np.ptp(inside)), SCATTER / np.sqrt(sizes.size))
-    return float(sizes.size / _reached(size, threshold)), size, sd
+    sd = max(0.5 * float(np.ptp(inside)), SCATTER / float(np.sqrt(np.sum(weights))))
+    return float(np.sum(1.0 / norm.sf(_beneath(np.asarray(size), noise, threshold)))), size, sd

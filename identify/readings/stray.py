@@ -49,8 +49,9 @@ def stray(seen: FarOut | None, proof: Sequence[Outliers]) -> tuple[tuple[StrayRe
     if contradicted(proof, seen.threshold, share, fast_v):
         return (), float("inf")
     rate_hz = np.repeat([o.trace.rate_hz for o in seen.runs], [out.size for out in seen.out])
-    speed = seen.moves_v * rate_hz
-    values = {"rate": poisson_rate(speed.size, 1.0 / seen.span_s), "off": _median(seen.sizes_v / speed)}
+    speed, moves = seen.moves_v * rate_hz, seen.moves_v > 0.0
+    off = _median(seen.sizes_v[moves] / speed[moves])
+    values = {"rate": poisson_rate(speed.size, 1.0 / seen.span_s), "off": off}
     span = float(np.min(speed)), float(np.max(speed)), 1.0
     return (StrayReadings(values, seen.p_value, seen.where(speed.size, proof), span),), seen.threshold
 

@@ -94,7 +94,8 @@ def test_spikes_are_counted_measured_and_left_out():
 def test_the_tail_of_the_noise_does_not_make_large_spikes_smaller():
     def far(size, tail, sd_v):
         y = np.concatenate([np.full(40, size / sd_v), np.full(6, tail)])
-        return replace(outliers(recording(), np.zeros(recording().size)), far=_apart(y), sd_v=sd_v)
+        seen = outliers(recording(), np.zeros(recording().size))
+        return replace(seen, off_v=_apart(y) * sd_v, far=_apart(y), sd_v=sd_v)
 
     def _apart(sizes):
         out = np.zeros(recording().size)

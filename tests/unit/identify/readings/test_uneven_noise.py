@@ -152,6 +152,35 @@ def test_outliers_of_noise_that_goes_with_the_level_are_no_spikes():
     assert mended(CHAIN, traces[:2], traces[2:], NOISE_V, ("unnamed", "missing_samples")).noise is None
 
 
+@pytest.mark.parametrize("size_v", [12.0 * NOISE_V, 40.0 * NOISE_V])
+@pytest.mark.parametrize("seed", [0, 1])
+def test_spikes_beside_uneven_noise_are_spikes_wherever_they_come(size_v, seed):
+    """How fast readings move was asked of what they are as if all scattered alike, in which a spike moves."""
+    rng = np.random.default_rng(seed + 50)
+    thrown = [size_v * rng.choice([-1.0, 1.0], t.size) * (rng.uniform(size=t.size) < 0.002) for t in QUIET]
+    traces = [replace(t, y=t.y + v) for t, v in zip(scattered(by_rate, seed), thrown, strict=True)]
+    seen = mended(CHAIN, traces[:2], traces[2:], NOISE_V)
+    (told_of,) = seen.found
+    assert (told_of.id, type(seen.noise.blemish)) == ("spikes", OverRate)
+    assert told_of.values["size"].low < size_v < told_of.values["size"].high
+    rate = sum(np.count_nonzero(v) for v in thrown[:2]) / sum(t.size / t.rate_hz for t in QUIET[:2])
+    assert told_of.values["rate"].low < rate < told_of.values["rate"].high
+
+
+@pytest.mark.parametrize(("size", "freedom", "seed"), [(1.0, 4, 1), (2.0, 6, 0), (3.0, 6, 0)])
+def test_the_tail_of_noise_that_is_large_where_readings_move_is_no_spike(size, freedom, seed, monkeypatch):
+    rng = np.random.default_rng(seed)
+    more = [size * np.sqrt(np.abs(np.gradient(t.y)) / TOP_RATE) for t in QUIET]
+    traces = [
+        replace(t, y=t.y + NOISE_V * (rng.normal(size=t.size) + each * rng.standard_t(freedom, size=t.size)))
+        for t, each in zip(QUIET, more, strict=True)
+    ]
+    seen = mended(CHAIN, traces[:2], traces[2:], NOISE_V)
+    assert ([blemish.id for blemish in seen.found], type(seen.noise.blemish)) == ([], OverRate)
+    monkeypatch.setattr("identify.readings.mend.TAIL", 0.0)  # where that is not asked, they would be
+    assert [blemish.id for blemish in mended(CHAIN, traces[:2], traces[2:], NOISE_V).found] == ["spikes"]
+
+
 @pytest.mark.parametrize(
     ("concealed", "stage", "hold_s"),
     [
