@@ -12,7 +12,7 @@ from identify.altered_play import Law
 from identify.chain import Chain
 from identify.effects.effect import Confusion, short
 from identify.effects.inside_play import InsidePlay
-from identify.mains import Line, Mains
+from identify.mains import RANGE_HZ, Line, Mains
 from identify.stage import Block, Grid, Parameter, Place, Run, Shape, Values
 from identify.trace import Array
 
@@ -33,6 +33,11 @@ FREQUENCY = Parameter("hum.frequency", "Hz", scale=0.01)
 AMPLITUDES = tuple(Parameter(f"hum.{line.size}", "V", scale=0.1) for lines in LINES.values() for line in lines)
 ANGLES = tuple(Parameter(f"hum.{line.angle}", "rad") for lines in LINES.values() for line in lines[1:])
 PHASE = Parameter("hum.phase", "rad", local=True)
+
+
+def near_mains(frequency_hz: float) -> bool:
+    """Return whether a frequency is next to that of the mains, or to twice that, as behind a rectifier."""
+    return any(abs(frequency_hz - order * mains_hz) < RANGE_HZ for mains_hz in MAINS_HZ for order in (1, 2))
 
 
 @final

@@ -6,7 +6,8 @@ from functools import cache
 import numpy as np
 
 from identify.candidates import candidates
-from identify.explain.anew import goes_on
+from identify.effects.hum import near_mains
+from identify.explain.anew import NO_CHANCE, line_anew
 from identify.explain.bench import Bench
 from identify.explain.carried import carried, differ, price, ratchets, weighed_again
 from identify.explain.free_form import FirstFit, GoneOn
@@ -19,12 +20,17 @@ from identify.explain.select import MOST_EFFECTS, Selected, selected
 from identify.explain.sought import distinct, finer
 from identify.explain.suspect import Suspect, is_fine, with_alike
 from identify.explain.wander import changes, unrepeated
+from identify.stage import Place
+from identify.unnamed.correction import Correction
+from identify.unnamed.lines import OneLine
 
 HOPES = 4  # laws that are fitted to see whether one foretells what noise would be believed to have made
 CLOSELY = 2  # laws that are fitted to their end in the place of noise in front of the gap
 SCATTERED = 0.05  # of what is left, by which repeats differ at least where noise in front of the gap has made it
 CLEARLY = 3.0  # times what chance may hide in repeats, by which they differ at least where a law is held against it
 BEYOND = 30.0  # times what chance may hide in repeats, from which a mismatch that comes back is not made by it
+ALIKE = 0.02  # of a frequency, within which a line that few readings show is the same
+IN_FRONT = (Place.SOURCE, Place.G1)  # of F
 ANOTHER = ("mains lines", "clock time")  # coordinates of what is another whenever the same is played again
 
 Note = Callable[[str, float], None]
@@ -79,8 +85,9 @@ def foretells_all(bench: Bench, plain: Hypothesis) -> bool:
     """Return whether one law of free form foretells all that repeats differ by: nothing acts by chance then.
 
     A line free of the stimulus may: what the stimulus goes up and down with is no line in that, but a ripple promises
-    most of the misfit. Any other law may where repeats differ so clearly that few weights cannot follow noise. It is
-    not asked where nothing that acts by chance is tried.
+    most of the misfit. One that goes on in front of the gap need not foretell all: it has overtones without end. Any
+    other law may where repeats differ so clearly that few weights cannot follow noise. It is not asked where nothing
+    that acts by chance is tried.
     """
     if not any(kind.by_chance for kind in bench.kinds):
         return False
@@ -89,11 +96,30 @@ def foretells_all(bench: Bench, plain: Hypothesis) -> bool:
         return False
     laws = [s for s in bench.suspects(plain) if not is_fine(s.correction)]
     lines, others = ([s for s in laws if s.correction.searched is searched] for searched in (True, False))
+    line_hz, by_chance = line_anew(plain.fit.chain, bench.observations)
+    goes = by_chance < NO_CHANCE
     promised = max((s.gain for s in lines), default=0.0) > FORETOLD * plain.proven
-    likely = lines if promised or goes_on(plain.fit.chain, bench.observations) else []
+    likely = lines if promised or goes else []
     clearly = others if np.any(before > CLEARLY * chance) else []
-    fitted = (h for tried in (likely, clearly) if tried for h in _fitted(bench, plain, tried))
-    return any(bool(np.all(differ(h.fit.chain, bench.observations)[0] <= chance)) for h in fitted)
+    fitted = (pair for tried in (likely, clearly) if tried for pair in _fitted(bench, plain, tried))
+    most = np.maximum(chance, (1.0 - FORETOLD) * before)
+
+    def foretells(law: Correction, h: Hypothesis) -> bool:
+        left = most if goes and _is_of(law, line_hz) else chance
+        return bool(np.all(differ(h.fit.chain, bench.observations)[0] <= left))
+
+    return any(foretells(*pair) for pair in fitted)
+
+
+def _is_of(law: Correction, line_hz: float) -> bool:
+    """Return whether a law is a line in front of the gap that has one frequency, or an overtone at it.
+
+    Not one of the mains, which have a name of their own beside noise.
+    """
+    if not isinstance(law, OneLine) or law.place not in IN_FRONT or near_mains(law.knots[0]):
+        return False
+    overtones = law.knots[0] * np.arange(1, 1 + len(law.weights) // 2)
+    return bool(np.min(np.abs(overtones - line_hz)) < ALIKE * line_hz)
 
 
 def comes_back(bench: Bench, plain: Hypothesis) -> bool:
@@ -148,14 +174,14 @@ def _named(bench: Bench, without: Hypothesis, asked: float) -> bool:
 def _unrepeated(bench: Bench, without: Hypothesis, asked: float) -> bool:
     """Return whether one correction of free form that is another in every repeat comes to the price that is asked."""
     free = [s for s in bench.suspects(without) if s.correction.axis in ANOTHER and not is_fine(s.correction)]
-    return any(price(bench, h) < asked for h in _fitted(bench, without, free))
+    return any(price(bench, h) < asked for _, h in _fitted(bench, without, free))
 
 
-def _fitted(bench: Bench, base: Hypothesis, found: Sequence[Suspect]) -> Iterator[Hypothesis]:
-    """Yield the fits of the corrections that promise most on top of a hypothesis."""
+def _fitted(bench: Bench, base: Hypothesis, found: Sequence[Suspect]) -> Iterator[tuple[Correction, Hypothesis]]:
+    """Yield the corrections that promise most on top of a hypothesis, and their fits."""
     evidence = bench.evidence(base)
     ranked = sorted(found, key=lambda s: -s.gain)
     likely = with_alike(ranked, ranked[:CLOSELY])
     for s in distinct(evidence, [finer(evidence, s, 1.0) for s in likely]):
         begun = bench.remembered(FirstFit(s.correction, s), base)
-        yield bench.remembered(GoneOn(s.correction, begun), base)[1]
+        yield bench.remembered(GoneOn(s.correction, begun), base)

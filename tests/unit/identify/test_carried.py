@@ -14,6 +14,7 @@ from identify.explain.beside import (
     CLEARLY,
     SCATTERED,
     _fitted,
+    _is_of,
     comes_back,
     foretells_all,
     foretold,
@@ -51,7 +52,7 @@ from identify.holdout import split
 from identify.observe import pooled_rms, refined, weighed
 from identify.stage import Place
 from identify.trace import Step
-from identify.unnamed.lines import GapRipple
+from identify.unnamed.lines import GapRipple, Wave
 from identify.unnamed.maps import LevelMap
 from identify.unnamed.timed import OffsetOverClock
 from identify.wandering import wander_of
@@ -64,6 +65,7 @@ NOISE_V, SD_V, BANDWIDTH_HZ = 0.002, 0.02, 300.0
 NOISY = Concealed("process_noise", {"sd": SD_V, "bandwidth": BANDWIDTH_HZ})
 TILTED = Concealed("plateau_tilt", {"k": 0.003})
 STIMULI = (staircase("walk", FIG13_LEVELS_V, 0.02), sine("wave", 10.0, 3.0, 2, 6), sine("fast", 40.0, 3.0, 4, 6))
+OFTEN = (staircase("walk", FIG13_LEVELS_V, 0.02, 8), sine("wave", 4.0, 3.0, 4, 1))
 LAW = catalogue()["process_noise"](Place.G1, "white")
 TRIED = {  # laws of every sort: a round of all there are takes seconds more
     "process_noise", "hum", "offset_drift", "saturation", "extra_pole", "feedthrough", "plateau_tilt", "self_heating",
@@ -75,10 +77,10 @@ def quiet(sentence: str, share: float) -> None:
     """Show nothing."""
 
 
-def runs(*physics):
+def runs(*physics, stimuli=STIMULI):
     """Return recordings whose steps are marked as repeats."""
     found = []
-    for seed, stimulus in enumerate(STIMULI):
+    for seed, stimulus in enumerate(stimuli):
         steps = tuple(Step(s.label, s.kind, s.start, s.stop, s.repeat) for s in stimulus.segments)
         found.append(replace(recorded(OP_AMP, stimulus, physics, NOISE_V, seed), steps=steps))
     return found
@@ -277,6 +279,30 @@ def test_nothing_acts_by_chance_where_a_law_foretells_all_that_repeats_differ_by
     assert "hum" in tried[0]
 
 
+@pytest.mark.parametrize(("physics", "foretold"), [
+    ((Concealed("sawtooth", {"size": 0.005, "frequency": 97.3}),), True),
+    ((Concealed("sawtooth", {"size": 0.005, "frequency": 97.3}), NOISY), False),
+    ((Concealed("hum at sense", {"frequency": 50.0, "amplitude": 0.01, "third": 0.0, "fifth": 0.0}), NOISY), False),
+], ids=["wave", "beside noise", "line behind it"])  # fmt: skip
+def test_a_wave_in_front_of_the_gap_need_not_foretell_all_where_its_line_goes_on(physics, foretold):
+    """It has overtones without end, and what a few of them leave is no noise in front of the gap."""
+    readings = read(model_of(OP_AMP), runs(*physics, stimuli=OFTEN), (), ready, Look(()))
+    before, chance = differ(readings.plain.fit.chain, readings.bench.observations)
+    assert np.all(before > chance)
+    assert foretells_all(readings.bench, readings.plain) is foretold
+
+
+@pytest.mark.parametrize(("frequency_hz", "line_hz", "of_it"), [
+    (97.3, 97.4, True), (48.7, 97.4, True), (19.48, 97.4, False), (93.0, 97.4, False), (100.2, 100.3, False),
+    (100.7, 100.6, True),
+])  # fmt: skip
+def test_a_line_is_that_of_a_law_at_its_frequency_or_at_an_overtone(frequency_hz, line_hz, of_it):
+    """A fifth overtone has no weights, and what goes at twice the frequency of the mains has a name."""
+    assert _is_of(Wave(Place.G1, (frequency_hz,)), line_hz) is of_it
+    assert not _is_of(Wave(Place.SENSE, (frequency_hz,)), line_hz)
+    assert not _is_of(LevelMap(Place.G1, (0.0, frequency_hz)), line_hz)
+
+
 @pytest.mark.parametrize(("physics", "alone"), [
     ((Concealed("crossover", {"dead": 1.0}),), True),
     ((Concealed("crossover", {"dead": 1.0}), NOISY), False),
@@ -303,7 +329,7 @@ def test_a_ripple_of_the_gap_is_held_against_noise_at_the_frequency_its_fit_asks
     bench, plain, _ = begun(Concealed("hum at F", {"frequency": 86.3, "amplitude": 0.3}))
     (found,) = (s for s in bench.suspects(plain) if s.correction.form == GapRipple.form)
     begins = fitted_from(bench, plain, finer(bench.evidence(plain), found, 1.0))
-    (there,) = _fitted(bench, plain, [found])
+    ((_, there),) = _fitted(bench, plain, [found])
     assert there.fit.chain.added[0].knots[0] == pytest.approx(86.3, abs=1e-3)
     assert price(bench, there) < 0.1 * price(bench, begins)
 
