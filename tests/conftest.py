@@ -47,19 +47,24 @@ LONG = ("proof", "benchmarks", "flow/test_batch.py", "flow/test_calibration.py",
         "flow/test_real_recordings.py")  # fmt: skip
 UNCOUNTED = (*LONG, *WHOLE, "test_pressed.py")  # a signal of the last may meet a lock
 LONGEST = ("proof", "test_real_recordings.py", "test_demo.py")
+COMPILING_NOTHING = ("architecture", "wire")  # what takes a minute and simulates nothing
 COUNTING = "COVERAGE_PROCESS_CONFIG"  # the variable that has processes count lines
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Have every process begin with its share of what takes longest.
+    """Have every process begin with its share of what takes longest, all but the first after what compiles nothing.
 
-    Processes are given equal stretches of what is collected: what is long and comes last is waited for by all.
+    Processes are given equal stretches of what is collected: what is long and comes last is waited for by all. And all
+    would compile the same kernels at the same time, where those that come later find them compiled.
     """
     processes = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
+    first = [[item for item in items if _among((place,), item)] for place in COMPILING_NOTHING[: processes - 1]]
     longest = [item for item in items if _among(LONGEST, item)]
-    others = [item for item in items if not _among(LONGEST, item)]
+    begun = {item for part in (*first, longest) for item in part}
+    others = [item for item in items if item not in begun]
     size = -(-len(items) // processes)
     parts = [longest[i::processes] for i in range(processes)]
+    parts[1 : 1 + len(first)] = [[*before, *part] for before, part in zip(first, parts[1:], strict=False)]
     for part in parts:
         part += [others.pop(0) for _ in range(min(size - len(part), len(others)))]
     items[:] = [item for part in parts for item in part] + others

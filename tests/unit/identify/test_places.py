@@ -228,7 +228,7 @@ def test_a_moment_is_found_where_no_plain_value_is_free_and_not_at_the_beginning
 
 
 def test_a_law_that_leaves_something_may_be_one_of_another_stage_by_as_much() -> None:
-    law = "gain of v by peak, square"
+    law = "gain of v by speed, beyond"
     told, there = planted(law), bench_of(WALK, WAVE, SMALL, AGAIN, physics=Concealed(law, PLANTED[law][0]))
     doubt = doubted(there, told)
     assert doubt.doubt < 1e-3 * (told.base.chi2 - told.fitted[0][1].chi2)  # the law leaves nothing
