@@ -213,15 +213,15 @@ class Answer:
         also += f"; a correction at {listed(near)} would do nearly as well" if near else ""
         also = "; where the rest of it enters is open" if self.beyond.astray else also
         also = "; held-out runs are no better for it, so where the mismatch enters is open" if self.unproven else also
-        return Location(correction.place.label, ranges, f"{described(self.beyond)}{also}.", others, same)
+        return Location(self.beyond.place.label, ranges, f"{described(self.beyond)}{also}.", others, same)
 
     def unnamed(self, proof: Proof) -> Finding:
         """Return the finding without a name: where it is, what it looks like, how much it would help."""
         correction, fit = proof.correction, proof.hypothesis.fit
         beside = "Beside what is named, " if self.better.effects else ""
-        here = (1.0 - self.beyond.p_value) * self.beyond.places.get(correction.place, 1.0)
+        here = (1.0 - self.beyond.p_value) * self.beyond.places.get(self.beyond.place, 1.0)
         return Finding(
-            UNNAMED, correction.place.label, correction.form, here, self.weights(correction, fit), correction.equation,
+            UNNAMED, self.beyond.place.label, correction.form, here, self.weights(correction, fit), correction.equation,
             f"{beside}{described(self.beyond)}; on held-out data it lowers the residual from "
             f"{shown(self.named_v, 'V', 3)} to {shown(proof.held_out_v, 'V', 3)}. No physics in the catalogue explains "
             "this shape.",
@@ -248,14 +248,14 @@ class Answer:
         if not self.beyond.significant or (self.blemished and self.proof is None and not self.leaves):
             return Remaining(over, None, "Nothing that any correction could explain is left beyond the noise.")
         if self.proof is not None:
-            stage = self.beyond.best.place.label
+            stage = self.beyond.place.label
             all_of_it = self.after_v <= TO_THE_NOISE * self.noise_v
             with_it = "nothing is left beyond the noise" if all_of_it else f"{over:.3g} times the noise is left"
             return Remaining(over, stage, f"With the unnamed law in the model {with_it}; what it is stays open.")
         if not self.better.effects and not self.blemished:
             where = "where it enters is open" if self.unproven else "it is located above"
-            return Remaining(over, self.beyond.best.place.label, f"The mismatch is not explained; {where}.")
-        return Remaining(over, self.beyond.best.place.label, f"{described(self.beyond)}.")
+            return Remaining(over, self.beyond.place.label, f"The mismatch is not explained; {where}.")
+        return Remaining(over, self.beyond.place.label, f"{described(self.beyond)}.")
 
     def profiles(self) -> tuple[Profile, ...]:
         """Return the residual before and after along the coordinates that matter."""
@@ -282,5 +282,5 @@ class Answer:
             return f"The readings have {what}, which nothing in the signal path makes; what does is open."
         if self.proof is None and not self.beyond.significant:
             return f"Held-out runs differ by {times}, the others agree: they show something the others do not excite."
-        law = f"; an unnamed law at {self.beyond.best.place.label} brings that to {after}" if self.proof else ""
+        law = f"; an unnamed law at {self.beyond.place.label} brings that to {after}" if self.proof else ""
         return f"The recordings differ from the simulation by {times}, and no known physics explains it{law}."

@@ -20,7 +20,7 @@ def entered(found: Located, unproven: bool) -> tuple[Contender, ...]:
     """
     if not found.significant:
         return ()
-    fitted = [_at(found, place) for place in (found.best.place, *found.alternatives(unproven))]
+    fitted = [_at(found, place) for place in (found.place, *found.alternatives(unproven))]
     return tuple(contender for contender in fitted if contender is not None)
 
 

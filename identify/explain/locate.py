@@ -64,6 +64,12 @@ class Located:
         return self.fitted[0][0]
 
     @property
+    def place(self) -> Place:
+        """Return where the mismatch enters: where the best correction is, or has its like if it has not come in there.
+        """
+        return next(iter(self.places)) if self.best.place in self.ruled_out else self.best.place
+
+    @property
     def share(self) -> float:
         """Return which share of the misfit the best correction explains."""
         return self.fitted[0][1].share(self.base)
@@ -124,7 +130,7 @@ class Located:
         likely = [place for place, p in self.places.items() if p > LIKELY]
         is_open = self.astray or unproven or self.best.place in self.ruled_out
         every = [*likely, *(place for place in Place if place not in likely)] if is_open else likely
-        return tuple(place for place in every if place not in (self.best.place, *self.ruled_out))
+        return tuple(place for place in every if place not in (self.place, *self.ruled_out))
 
     def share_at(self, place: Place) -> float:
         """Return the share of the misfit that the best correction at a place explains, to first order if not fitted."""

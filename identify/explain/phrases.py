@@ -40,5 +40,6 @@ def listed(parts: Sequence[str]) -> str:
 
 def described(beyond: Located) -> str:
     """Return what the best correction says."""
-    best, share = beyond.best, 100 * min(beyond.share, 1.0)
-    return f"{best.kind} at {best.place.label} along {best.axis} accounts for {share:.0f} % of the misfit"
+    best, share, at = beyond.best, 100 * min(beyond.share, 1.0), beyond.place.label
+    at += "" if best.place is beyond.place else f" (as if at {best.place.label}, where it has not come in)"
+    return f"{best.kind} at {at} along {best.axis} accounts for {share:.0f} % of the misfit"

@@ -27,6 +27,7 @@ from identify.explain.free_form import (
 from identify.explain.frequencies import ripple_hz
 from identify.explain.locate import BEHIND, EASILY, NEARER, Located, located, told_by_one, within_reach
 from identify.explain.moments import where
+from identify.explain.phrases import described
 from identify.explain.prove import proven
 from identify.explain.rivals import left_to_explain
 from identify.explain.shape import shape_of
@@ -431,9 +432,13 @@ def test_a_place_that_is_ruled_out_is_not_told_and_all_else_is_open_where_nothin
     best, second = (drift, replace(base, chi2=1000.0)), (border, replace(base, chi2=1500.0))
     assert next(iter(Located(base, (best, second), 0.0, (5.0, 5.0)).places)) is Place.SENSE
     told = Located(base, (second, best), 0.0, (5.0, 5.0), ruled_out=behind)
-    assert (tuple(told.places), told.best.place, told.alternatives()) == ((Place.F,), Place.F, ())
-    alone = Located(base, (best,), 0.0, (5.0,), ruled_out=(*behind, Place.F))
+    assert (tuple(told.places), told.place, told.alternatives()) == ((Place.F,), Place.F, ())
+    alone = Located(base, (best,), 0.0, (5.0,), ruled_out=behind)
+    assert (alone.best.place, alone.place) == (Place.SENSE, Place.F)  # what moves as slowly behind F may be of F
     assert set(alone.alternatives()) == {Place.SOURCE, Place.G1}
+    assert "at F (as if at sense, where it has not come in)" in described(alone)
+    nowhere = Located(base, (best,), 0.0, (5.0,), ruled_out=(*behind, Place.F))
+    assert (nowhere.place, set(nowhere.alternatives())) == (Place.SENSE, {Place.SOURCE, Place.G1})
 
 
 @pytest.mark.parametrize("kind", [LevelMap, Relays])
