@@ -110,9 +110,9 @@ def test_a_line_at_other_frequencies_goes_along_if_it_promises_nearly_as_much(mo
         monkeypatch.setattr(free_form, name, lambda bench, base, law, fitted: (law, fitted))
     longest = SimpleNamespace(longest_s=2.0)
     bench = SimpleNamespace(evidence=lambda base: longest, remembered=lambda question, base: question(None, base))
-    assert list(beside._fitted(bench, None, ranked)) == [line, level, near]
+    assert list(beside._fitted(bench, None, ranked)) == [(s.correction, s) for s in (line, level, near)]
     same = suspect(Line(Place.G1, (50.2,)), 98.0)  # the next bin of one peak
-    assert list(beside._fitted(bench, None, [*ranked, same])) == [line, level, near]
+    assert list(beside._fitted(bench, None, [*ranked, same])) == [(s.correction, s) for s in (line, level, near)]
 
 
 def test_of_those_that_came_to_one_frequency_the_best_is_kept():
