@@ -58,13 +58,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     would compile the same kernels at the same time, where those that come later find them compiled.
     """
     processes = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
-    first = [[item for item in items if _among((place,), item)] for place in COMPILING_NOTHING[: processes - 1]]
+    before = [[], *([item for item in items if _among((place,), item)] for place in COMPILING_NOTHING)][:processes]
     longest = [item for item in items if _among(LONGEST, item)]
-    begun = {item for part in (*first, longest) for item in part}
+    begun = {item for part in (*before, longest) for item in part}
     others = [item for item in items if item not in begun]
     size = -(-len(items) // processes)
-    parts = [longest[i::processes] for i in range(processes)]
-    parts[1 : 1 + len(first)] = [[*before, *part] for before, part in zip(first, parts[1:], strict=False)]
+    parts = [[*(before[i] if i < len(before) else []), *longest[i::processes]] for i in range(processes)]
     for part in parts:
         part += [others.pop(0) for _ in range(min(size - len(part), len(others)))]
     items[:] = [item for part in parts for item in part] + others

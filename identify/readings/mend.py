@@ -11,14 +11,13 @@ from identify.noise import good, grid_step_v
 from identify.observe import Observation, refined
 from identify.readings.blemish import Blemish
 from identify.readings.missing_samples import Loss, loss_in
-from identify.readings.outliers import FarOut, Samples, far_out, outliers
+from identify.readings.outliers import FAR_ABOVE, FarOut, Samples, far_out, outliers
 from identify.readings.spikes import spikes
 from identify.readings.stray import stray
 from identify.readings.uneven_noise import Uneven, uneven_noise
 from identify.trace import Array, Trace
 from identify.unnamed.correction import UNNAMED
 
-FAR_ABOVE = 2.0  # times the threshold, beyond which no reading is thrown by a tail of noise
 TAIL = 1e-3  # chance of readings that lie far out to be so often where noise is large, below which it has made them
 
 

@@ -25,6 +25,7 @@ MOSTLY, MOSTLY_SD = 0.95, float(norm.ppf(0.975))  # of readings, and within how 
 TO_SD = 1.0 / norm.ppf(0.75)  # a median deviation as a standard deviation
 AMONG = 0.930  # median deviation of Gaussian readings from the median of 17 over that from their mean, by simulation
 THRESHOLDS = (4.5, 5.0, 5.5, 6.5, 8.0)  # standard deviations
+FAR_ABOVE = 2.0  # times the threshold, beyond which readings stand far above the tail of any noise
 CONVINCING = 1e-6  # chance of so many readings that far out
 CONTRADICTED = 1e-3  # chance of so few of them on held-out readings
 FASTER = 1e-5  # chance of outliers at readings so fast, below which speed has to do with them

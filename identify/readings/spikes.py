@@ -15,7 +15,7 @@ from scipy.stats import norm
 from identify.effects.effect import Confusion
 from identify.interval import Interval
 from identify.readings.blemish import Blemish
-from identify.readings.outliers import FarOut, Outliers, contradicted, poisson_rate
+from identify.readings.outliers import FAR_ABOVE, FarOut, Outliers, contradicted, poisson_rate
 from identify.stage import Parameter
 from identify.trace import Array, Mask
 
@@ -70,7 +70,7 @@ def spikes(seen: FarOut | None, proof: Sequence[Outliers]) -> tuple[tuple[Spikes
 def _above_tail(sizes: Array, threshold: float) -> Mask:
     """Return which sizes, in sd, are none that the tail of the noise adds to spikes which stand far above it."""
     typical = float(np.median(sizes))
-    return np.asarray(sizes > (0.5 * typical if typical > 2.0 * threshold else 0.0))
+    return np.asarray(sizes > (0.5 * typical if typical > FAR_ABOVE * threshold else 0.0))
 
 
 def _beneath(size: Array, noise: Array, threshold: float) -> Array:

@@ -283,7 +283,8 @@ def test_nothing_acts_by_chance_where_a_law_foretells_all_that_repeats_differ_by
     ((Concealed("sawtooth", {"size": 0.005, "frequency": 97.3}),), True),
     ((Concealed("sawtooth", {"size": 0.005, "frequency": 97.3}), NOISY), False),
     ((Concealed("hum at sense", {"frequency": 50.0, "amplitude": 0.01, "third": 0.0, "fifth": 0.0}), NOISY), False),
-], ids=["wave", "beside noise", "line behind it"])  # fmt: skip
+    ((Concealed("hum at sense", {"frequency": 137.0, "amplitude": 0.03, "third": 0.0, "fifth": 0.0}), NOISY), False),
+], ids=["wave", "beside noise", "mains behind it", "line that goes on behind it"])  # fmt: skip
 def test_a_wave_in_front_of_the_gap_need_not_foretell_all_where_its_line_goes_on(physics, foretold):
     """It has overtones without end, and what a few of them leave is no noise in front of the gap."""
     readings = read(model_of(OP_AMP), runs(*physics, stimuli=OFTEN), (), ready, Look(()))

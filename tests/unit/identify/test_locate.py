@@ -432,7 +432,8 @@ def test_a_place_that_is_ruled_out_is_not_told_and_all_else_is_open_where_nothin
     best, second = (drift, replace(base, chi2=1000.0)), (border, replace(base, chi2=1500.0))
     assert next(iter(Located(base, (best, second), 0.0, (5.0, 5.0)).places)) is Place.SENSE
     told = Located(base, (second, best), 0.0, (5.0, 5.0), ruled_out=behind)
-    assert (tuple(told.places), told.place, told.alternatives()) == ((Place.F,), Place.F, ())
+    assert (tuple(told.places), told.best.place, told.alternatives()) == ((Place.F,), Place.F, ())
+    assert told.place is Place.F
     alone = Located(base, (best,), 0.0, (5.0,), ruled_out=behind)
     assert (alone.best.place, alone.place) == (Place.SENSE, Place.F)  # what moves as slowly behind F may be of F
     assert set(alone.alternatives()) == {Place.SOURCE, Place.G1}

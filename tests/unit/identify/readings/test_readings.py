@@ -335,6 +335,10 @@ def test_readings_that_are_the_one_before_once_more_are_off_by_a_sample():
     (found,), threshold = stray(far_out([seen]), [seen])
     assert found.values["off"].low < 1.0 / stale.rate_hz < found.values["off"].high
     assert found.values["rate"].value < 0.003 * stale.rate_hz  # at rest none is seen
+    first = np.arange(stale.size) == seen.beyond(threshold)[0]
+    resting = replace(seen, moves=np.where(first, 0.0, seen.moves))  # how late it was taken nobody can say
+    (found,), _ = stray(far_out([resting]), [resting])
+    assert found.values["off"].low < 1.0 / stale.rate_hz < found.values["off"].high < np.inf
     assert stray(far_out([seen]), [proof]) == ((), float("inf"))
     assert spikes(far_out([seen]), [seen]) == ((), float("inf"))
     again = mended(CHAIN, [stale], [], NOISE_V)
