@@ -31,6 +31,7 @@ class AcCoupling(Effect):
     )
     axis = "frequency"
     fingerprint = "plateaus decay to the mean, wherever they are and however they were reached"
+    linear = True
     places = (Place.SENSE,)
     declared = (T,)
     absent: ClassVar = {"T": float("inf")}

@@ -28,6 +28,7 @@ class DeadTime(Effect):
     axis = "frequency"
     fingerprint = "phase proportional to frequency"
     quick = True
+    linear = True
     places = (Place.G2,)
     declared = (DELAY,)
     absent: ClassVar = {"delay": 0.0}

@@ -9,7 +9,7 @@ import numpy as np
 from identify.altered_play import Law
 from identify.blocks import run_linear
 from identify.discretise import stepper
-from identify.effects.effect import Confusion
+from identify.effects.effect import BESIDE, Confusion
 from identify.effects.inside_play import InsidePlay
 from identify.stage import Grid, Held, Parameter, Place, Run, Shape, Values, memoryless
 
@@ -63,6 +63,11 @@ class DielectricAbsorption(InsidePlay):
     def inside(self) -> bool:
         """Return whether it creeps only where the play operator lets go."""
         return self.form == "on plateaus"
+
+    @property
+    def same_at(self) -> tuple[Place, ...]:
+        """Return the places at which it gives the same data: what creeps after every step is a linear block."""
+        return (self.place,) if self.inside else (self.place, *BESIDE[self.place])
 
     def altered(self, law: Law, values: Values, grid: Grid) -> Law:
         """Return the law whose held level shares charge with the dielectric; the step is exact while it is held."""

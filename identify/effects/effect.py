@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     from identify.observe import Observation
 
 SMALL = 0.1  # of a sample: a time that acts in proportion to itself
+BESIDE = {  # where else a linear law may be with no F between: one that is put at F is behind it
+    Place.SOURCE: (Place.G1,), Place.G1: (Place.SOURCE,), Place.F: (Place.G2, Place.SENSE), Place.G2: (Place.SENSE,),
+    Place.SENSE: (Place.G2,),
+}  # fmt: skip
 STRONGER = {0.0: 2.0, float("inf"): 0.5}  # the factor by which a value that is absent there makes an effect stronger
 
 
@@ -63,6 +67,7 @@ class Effect(Stage):
     by_chance: ClassVar[bool] = False  # whether its law is only the mean of what it does, and ``course`` one of many
     excludes: ClassVar[tuple[str, ...]] = ()  # ids of physics beside which nothing is known of what it does
     compared: ClassVar[bool] = False  # whether no slope leads from one size of it to another: all are compared
+    linear: ClassVar[bool] = False  # whether it is a linear block that stays what it is
     shapeless: ClassVar[bool] = False  # whether what it does may show to no correction of free form
     forms: ClassVar[tuple[str, ...]] = ("",)
     declared: ClassVar[tuple[Parameter, ...]]
@@ -133,6 +138,11 @@ class Effect(Stage):
     def equals(self) -> tuple[Confusion, ...]:
         """Return what gives the same data as this at its place behind a play operator, whatever is played."""
         return tuple(c for c in self.confused_with if c.exact and c.here in (None, self.place))
+
+    @property
+    def same_at(self) -> tuple[Place, ...]:
+        """Return the places at which this law gives the same data, its own first: linear blocks may change places."""
+        return (self.place, *BESIDE[self.place]) if self.linear else (self.place,)
 
     def applicable(self, chain: Chain) -> bool:
         """Return whether the effect can be put into ``chain``: not twice at a place, nor where it has no meaning."""

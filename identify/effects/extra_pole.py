@@ -27,6 +27,7 @@ class ExtraPole(Effect):
     axis = "frequency"
     fingerprint = "slower edges, phase growing with frequency"
     quick = True
+    linear = True
     places = (Place.G1, Place.G2)
     declared = (TAU,)
     absent: ClassVar = {"tau": 0.0}

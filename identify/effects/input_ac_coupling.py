@@ -35,6 +35,7 @@ class InputAcCoupling(Effect):
     )
     axis = "frequency"
     fingerprint = "v sags during a hold and may cross the gap back"
+    linear = True
     places = (Place.SOURCE,)
     declared = (T,)
     absent: ClassVar = {"T": float("inf")}

@@ -36,6 +36,7 @@ class Resonance(Effect):
     axis = "frequency"
     fingerprint = "at G1 the gap seems to shrink with the step's size; at G2 edges ring"
     quick = True
+    linear = True
     places = (Place.G1, Place.G2)
     declared = (W_N, ZETA)
     absent: ClassVar = {"w_n": float("inf"), "zeta": 1.0}

@@ -36,6 +36,7 @@ class SourcePole(Effect):
     axis = "frequency"
     fingerprint = "rounding of every edge"
     quick = True
+    linear = True
     places = (Place.SOURCE,)
     declared = (TAU,)
     absent: ClassVar = {"tau": 0.0}

@@ -185,14 +185,18 @@ class Answer:
         likely = first.stages
         stage = next(iter(likely))
         likely = self._company(self.better.effects[0]) | likely
-        others = tuple(place for place, p in likely.items() if p > LIKELY and place != stage)
-        also = f"; what else it could be lies at {listed(others)}" if others else ""
+        alike = [place.label for place in self.better.effects[0].same_at]
+        same = tuple(place for place in alike if place != stage) if stage in alike else ()
+        others = tuple(place for place, p in likely.items() if p > LIKELY and place not in (stage, *same))
+        also = f"; at {listed(same)} the same law would give exactly the same data" if same else ""
+        also += f"; what else it could be lies at {listed(others)}" if others else ""
         lines = [
             f"{e.place.label}, where {e.title} acts at {found[0].axis} {listed([stretch_told(r) for r in found])}"
             for e, found in ranges.items()
         ]
         every = tuple(r for found in ranges.values() for r in found)
-        return Location(stage, every, f"The mismatch enters at {'; and at '.join(lines)}{also}.", others)
+        told = f"The mismatch enters at {'; and at '.join(lines)}{also}."
+        return Location(stage, every, told, (*same, *others), same)
 
     def _company(self, effect: Effect) -> dict[str, float]:
         """Return how likely every stage is to have what is in no catalogue, where that does as an effect does."""

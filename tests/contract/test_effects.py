@@ -17,6 +17,7 @@ from identify.evidence import Evidence
 from identify.fit import Fit, fit
 from identify.model import Rational
 from identify.observe import Observation, refined
+from identify.stage import Place
 from identify.trace import Trace
 from tests.proof.cases import CLEAN, LIBRARY, Case
 from tests.proof.rigs import LINEAR, ONE_SLOPE, OP_AMP, Rig
@@ -219,6 +220,26 @@ def test_a_model_with_the_effect_goes_to_a_chain_and_back(effect: Effect) -> Non
     again = with_physics(plain_of(effect), (piece,))
     assert physics_in(again) == (piece,)
     assert np.array_equal(answers(again), answers(chain))
+
+
+BEFORE_AND_BEHIND = {"G1": (Place.SOURCE, Place.G1), "G2": (Place.F, Place.SENSE)}
+STAGED = [e for e in VARIANTS if len(at_example(e).stages) > len(plain_of(e).stages)]  # a dead time lives inside G2
+MOVABLE = [e for e in STAGED if e.id != "hum" or e.place is Place.G1]  # at F it is another law
+
+
+@pytest.mark.parametrize("effect", MOVABLE, ids=name_of)
+def test_what_is_said_to_give_the_same_data_elsewhere_changes_places_with_the_block_between(effect: Effect) -> None:
+    """A law that bends, or drifts, does not."""
+    plain, values = plain_of(effect), {name: at_example(effect).values[name] for name in names_of(effect)}
+    places = BEFORE_AND_BEHIND["G1" if effect.place < Place.F else "G2"]
+    one, other = (simulated(plain.with_stage(replace(effect, place=place), values)) for place in places)
+    apart = float(np.linalg.norm(one - other) / np.linalg.norm(other - simulated(plain)))
+    assert (apart < 5e-4) is (len(effect.same_at) > 1)
+
+
+def simulated(chain: Chain) -> np.ndarray:
+    """Return what ``answers`` does, on a grid so fine that what is not held any more may stand in front of G1."""
+    return np.concatenate([simulate(chain, trace, 4 * SUBSTEPS) for trace in TRACES])
 
 
 @every_variant

@@ -151,6 +151,7 @@ def test_who_reads_of_a_law_with_much_company_is_told_so_and_where_else_that_may
     assert [(effect.id, effect.stage) for effect in told.effects] == [("resonance", "G2")]
     assert told.effects[0].probability <= 0.5
     assert told.location is not None
-    assert told.location.alternatives == ("F",)
+    assert (told.location.alternatives, told.location.same_data) == (("sense", "F"), ("sense",))
+    assert "; at sense the same law would give exactly the same data; " in told.location.sentence
     assert asked == [()]  # beside what else was named: nothing here
     assert any(text.startswith("resonance at G2 has values with which much") for text in told.warnings)
