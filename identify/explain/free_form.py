@@ -95,8 +95,9 @@ def begun(bench: Bench, base: Hypothesis) -> Begun:
     noise = unexplained(evidence, ranked)
     asked = contenders(ranked, noise)
     plainer = {s.correction.plainly for s in asked}  # what they may be disguises of stays what it is
+    others = [s for s in ranked if not any(s is one for one in asked)]
     sharp = [
-        finer(evidence, s, noise) if s.correction.form in plainer else finest(evidence, ranked, s, noise) for s in asked
+        finer(evidence, s, noise) if s.correction.form in plainer else finest(evidence, others, s, noise) for s in asked
     ]
     smooth = {s.correction: s for s in distinct(evidence, sharp)}
     worth = [*smooth.values(), *cornered(evidence, ranked, noise)]
@@ -104,16 +105,16 @@ def begun(bench: Bench, base: Hypothesis) -> Begun:
     return Begun(p_value, ranked, noise, asked, worth, fitted)
 
 
-def finest(evidence: Evidence, ranked: Sequence[Suspect], asked: Suspect, noise: float) -> Suspect:
-    """Return a suspect, or what promises next to as much at its place, with the knots the data ask for: the best.
+def finest(evidence: Evidence, others: Sequence[Suspect], asked: Suspect, noise: float) -> Suspect:
+    """Return a suspect, or one of others that promises next to as much at its place, with the knots the data ask for.
 
     With few knots another law than the right one may promise a little more.
     """
     if asked.correction.searched or is_fine(asked.correction):
         return finer(evidence, asked, noise)
     least = NEXT * asked.worth(noise)[0]
-    close = [s for s in ranked if s.correction.place is asked.correction.place and s.worth(noise)[0] > least]
-    beside = [s for s in close if s is not asked and not (s.correction.searched or is_fine(s.correction))]
+    close = [s for s in others if s.correction.place is asked.correction.place and s.worth(noise)[0] > least]
+    beside = [s for s in close if not (s.correction.searched or is_fine(s.correction))]
     return max((finer(evidence, s, noise) for s in [asked, *beside[:BESIDE]]), key=lambda s: s.worth(noise)[0])
 
 
