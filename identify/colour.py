@@ -9,6 +9,7 @@ What lasts for a hundred readings (hum, drift) is physics to be explained and ma
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -149,9 +150,9 @@ def _climbing(colour: Colour) -> Filter:
     Such noise did not begin with the run: the level of its first readings, as many as the white noise in them needs to
     average out, stands for all those before. From rest, the noise that the run begins with would pass for a jump.
     """
-    sections = np.array([(1.0, -pole, 0.0, 1.0, -zero, 0.0) for pole, zero in colour.ladder])
+    sections, settled = _sections(colour.ladder)
     first = round(1.0 / (1.0 - min(map(min, colour.ladder))))  # readings in the quickest of the ladder's times
-    settled, state, last = sosfilt_zi(sections), np.zeros(0), np.zeros(0)
+    state, last = np.zeros(0), np.zeros(0)
 
     def run(values: Array, use: Mask) -> Array:
         nonlocal state, last
@@ -166,6 +167,13 @@ def _climbing(colour: Colour) -> Filter:
         return np.asarray(colour.gain * white[use])
 
     return run
+
+
+@cache
+def _sections(ladder: tuple[tuple[float, ...], ...]) -> tuple[Array, Array]:
+    """Return a ladder as sections of second order, and what they remember of a level that has always been 1 V."""
+    sections = np.array([(1.0, -pole, 0.0, 1.0, -zero, 0.0) for pole, zero in ladder])
+    return sections, sosfilt_zi(sections)
 
 
 def _holding(values: Array, use: Mask, before: Array) -> Array:

@@ -103,7 +103,7 @@ class Tapped:
         o = self.observation
         if o.colour.white:
             return changes[:, o.use]
-        return np.array([whitening(o.colour)(change, o.use) for change in changes])
+        return np.asarray(whitening(o.colour)(changes.T, o.use).T)
 
     def _write_change(self, chain: Chain, first: int, unit: float, out: Array) -> None:
         """Write how the answer of one chain differs from the ``first`` stage on."""

@@ -62,7 +62,7 @@ class Answer:
         """Simulate the held-out data with the plain and the better model."""
         self.model, self.data, self.bench, self.rounds, self.dropped = model, data, bench, rounds, dropped
         self.survey = survey
-        self.plain, self.better, self.beyond = plain, earned.hypothesis, doubted(bench, earned.beyond)
+        self.plain, self.better, self.beyond = plain, earned.hypothesis, earned.beyond
         self.elsewhere = earned.elsewhere
         self.noise_v = data.noise.rms_v
         self.inflation = inflation(self.better.fit.chain, bench.observations, data.noise.freedom)
@@ -77,6 +77,8 @@ class Answer:
         self.by_chance = left_by_chance(bench, self.better.effects, chain, data.test)
         self.blemished = bool(readings.found) and not self.better.effects
         asked = self.named_over > TO_THE_NOISE or self.blemished
+        if asked or not self.better.effects:  # where names explain it all no place is told of what they leave
+            self.beyond = doubted(bench, self.beyond)
         self.proof = proven(bench, self.beyond, data.test) if asked else None
         self.unproven = asked and self.proof is None and foretells(self.beyond)
         self.after_v = self.proof.held_out_v if self.proof else self.named_v
@@ -202,7 +204,8 @@ class Answer:
         """Return how likely every stage is to have what is in no catalogue, where that does as an effect does."""
         if not ordinary(self.bench, self.better, effect):
             return {}
-        without = self.bench.without(self.better, effect)
+        alone = len(self.better.effects) == 1
+        without = self.plain if alone else self.bench.without(self.better, effect)
         return {place.label: p for place, p in located(self.bench, without).places.items()}
 
     def _location_of_correction(self) -> Location:

@@ -35,6 +35,7 @@ from identify.explain.readings import (
     hides_noise,
     loses,
     loses_roughly,
+    lost_no_more,
     read,
     reread,
     suspected,
@@ -48,6 +49,7 @@ from identify.explain.warrant import Warranted, warranted
 from identify.holdout import Split
 from identify.model import Model
 from identify.observe import Observation, refined
+from identify.readings.missing_samples import MissingSamples
 from identify.stage import Place
 from identify.starts.orders import valued
 from identify.starts.start import stabilised
@@ -95,6 +97,8 @@ def _explained(
     if isinstance(found, Chain):
         return _explained(model, traces, hold_out, note, replace(look, against=found))
     bench, final, rounds = found
+    if lost_no_more(readings, final, look):
+        return _explained(model, traces, hold_out, note, replace(look, leave_out=(*look.leave_out, MissingSamples.id)))
     note("checking the names against free-form corrections", 0.75)
     plain = bench.again(rounds[0].base if rounds else readings.plain)
     earned = warranted(bench, plain, final, rounds)

@@ -222,24 +222,46 @@ def within_reach(bench: Bench, base: Hypothesis, chi2: float) -> bool:
     """
     if base.chi2 - chi2 < EASILY:
         return True
-    behind = max(BEHIND, NEARER * (chi2 - base.count))
-    return any(h.chi2 - chi2 < behind for h in first_fits(bench, base))
+    return any(h.chi2 - chi2 < _behind(base, chi2) for h in first_fits(bench, base))
+
+
+def _behind(base: Hypothesis, chi2: float) -> float:
+    """Return by how much a first fit may be behind a chi-squared that it comes to in the end."""
+    return max(BEHIND, NEARER * (chi2 - base.count))
 
 
 def told_by_one(bench: Bench, start: Hypothesis, laws: Hypothesis) -> bool:
     """Return whether a first fit of one correction leaves none but noise of a mismatch, and laws leave most of it.
 
     Two laws at different places are more than one correction can make, and the larger of them tells more than half: it
-    is one thing then, and none of the laws. What acts by chance tells what it may have made, and is not asked.
+    is one thing then, and none of the laws. So it is where one of no more numbers leaves nothing at all that any would
+    find beside it, and laws much. What acts by chance tells what it may have made, and is not asked.
     """
     if laws.swell > 1.0:
         return False
+    return _told_little(bench, start, laws) or _by_fewer(bench, bench.again(start), laws)
+
+
+def _told_little(bench: Bench, start: Hypothesis, laws: Hypothesis) -> bool:
+    """Return whether laws leave most of a mismatch of which a first fit of one correction leaves none but noise."""
     promised = max((s.gain for s in bench.suspects_near(start, SAME * start.chi2)[1]), default=0.0)
     if start.chi2 - laws.chi2 >= LESSER * promised and laws.proven <= LESSER * start.proven:
         return False
     start = bench.again(start)
     alone = [h for h in first_fits(bench, start) if h.misfit < h.noise_known]
     return any(laws.chi2 - h.chi2 > LESSER * (start.chi2 - h.chi2) for h in alone)
+
+
+def _by_fewer(bench: Bench, start: Hypothesis, laws: Hypothesis) -> bool:
+    """Return whether a correction with no more numbers than laws and one more does all of what they leave a part of."""
+    most = laws.parameters - start.parameters + 1
+    few = [h for h in first_fits(bench, start) if h.parameters - start.parameters < most]
+    near = any(h.chi2 - laws.chi2 < _behind(start, laws.chi2) for h in few)
+    if not near or explainable(bench.suspects(laws)) < BEHIND or not (fitted := located(bench, start).fitted):
+        return False
+    best, found = min(fitted, key=lambda pair: pair[1].chi2)
+    numbers = found.parameters - start.parameters + len(best.knots)
+    return numbers <= most and laws.chi2 - found.chi2 > BEHIND and not explainable(bench.suspects(found))
 
 
 def first_fits(bench: Bench, base: Hypothesis) -> list[Hypothesis]:

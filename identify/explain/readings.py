@@ -34,6 +34,7 @@ ALL_OF_IT = 2.0  # times the energy of a noise as large as it may be, that is le
 DOUBTED = 0.9  # share of the misfit that may be left where a loss that only a rough look shows is worth a second try
 LOOKS = 8  # at most: each look mends more of a loss that had moved the plain model
 WORTH = 0.5  # share of the plain model's misfit that may be left for its blemishes to count before it is explained
+TOLD = 0.1  # of what the plain model leaves beyond the noise, that a law may leave for losses to be asked for again
 Prepared = Callable[[Split], tuple[Bench, Hypothesis]]
 
 
@@ -250,6 +251,17 @@ def loses_roughly(readings: Readings, chain: Chain, leave_out: Sequence[str]) ->
     """Return whether a rough look against a chain finds readings that are lost, where none are known to be."""
     known = _lost(readings.found) or _coloured(readings.found)
     return not known and loses(readings, chain, leave_out, rough=True)
+
+
+def lost_no_more(readings: Readings, hypothesis: Hypothesis, look: Look) -> bool:
+    """Return whether losses that the plain model showed are none beside a law that tells most of what it left.
+
+    Readings that were put back where none is lost are off, which asks for laws that are not there.
+    """
+    if look.against is not None or not any(not blemish.alone for blemish in _lost(readings.found)):
+        return False
+    most = hypothesis.effects and hypothesis.chi2 - hypothesis.count < TOLD * (readings.plain.chi2 - hypothesis.count)
+    return bool(most) and not loses(readings, hypothesis.fit.chain, look.leave_out)
 
 
 def counts_another(before: Readings, after: Readings) -> bool:
