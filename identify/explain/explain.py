@@ -94,11 +94,9 @@ def _explained(
     note("locating the mismatch", 0.1)
     seen = surveyed(readings.bench, readings.plain)
     found = _found(readings, note, look)
-    if isinstance(found, Chain):
-        return _explained(model, traces, hold_out, note, replace(look, against=found))
+    if isinstance(found, Look):
+        return _explained(model, traces, hold_out, note, found)
     bench, final, rounds = found
-    if lost_no_more(readings, final, look):
-        return _explained(model, traces, hold_out, note, replace(look, leave_out=(*look.leave_out, MissingSamples.id)))
     note("checking the names against free-form corrections", 0.75)
     plain = bench.again(rounds[0].base if rounds else readings.plain)
     earned = warranted(bench, plain, final, rounds)
@@ -132,10 +130,10 @@ def _no_chance(final: Hypothesis, earned: Warranted) -> tuple[str, ...]:
     return tuple(effect.id for effect in final.effects if effect.by_chance and effect not in earned.hypothesis.effects)
 
 
-def _found(readings: Readings, note: Note, look: Look) -> Selected | Chain:
-    """Select what is missing; or return the chain against which readings are to be looked at first.
+def _found(readings: Readings, note: Note, look: Look) -> Selected | Look:
+    """Select what is missing; or return how readings are to be looked at first.
 
-    They are where what it leaves is coloured noise, or blemishes.
+    Against the chain where what that leaves is coloured noise, or blemishes; without losses where it has none.
     """
     bench, plain = readings.bench, readings.plain
     if comes_back(bench, plain) or foretells_all(bench, plain) or scattered(bench, plain):
@@ -144,13 +142,17 @@ def _found(readings: Readings, note: Note, look: Look) -> Selected | Chain:
     beside = selected_beside(bench, plain, note) if wanders else None
     noisy = suspected(readings, look.leave_out) if look.against is None and beside is None else 0.0
     if noisy and selected(bench, plain, note, 1)[1].advantage(plain) < noisy:
-        return plain.fit.chain
+        return replace(look, against=plain.fit.chain)
     bench, final, rounds = beside or selected_either(bench, plain, note, not wanders)
     final = resettled(bench, final)
     if look.against is not None or bench.carried:
         return bench, final, rounds
     hidden = any(hides(readings, bench, final, look.leave_out) for hides in (hides_noise, hides_blemishes))
-    return final.fit.chain if hidden else (bench, final, rounds)
+    if hidden:
+        return replace(look, against=final.fit.chain)
+    if lost_no_more(readings, final, look.leave_out):
+        return replace(look, leave_out=(*look.leave_out, MissingSamples.id))
+    return bench, final, rounds
 
 
 def _beside_losses(

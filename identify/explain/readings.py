@@ -253,15 +253,15 @@ def loses_roughly(readings: Readings, chain: Chain, leave_out: Sequence[str]) ->
     return not known and loses(readings, chain, leave_out, rough=True)
 
 
-def lost_no_more(readings: Readings, hypothesis: Hypothesis, look: Look) -> bool:
+def lost_no_more(readings: Readings, hypothesis: Hypothesis, leave_out: Sequence[str]) -> bool:
     """Return whether losses that the plain model showed are none beside a law that tells most of what it left.
 
     Readings that were put back where none is lost are off, which asks for laws that are not there.
     """
-    if look.against is not None or not any(not blemish.alone for blemish in _lost(readings.found)):
+    if all(blemish.alone for blemish in _lost(readings.found)):
         return False
     most = hypothesis.effects and hypothesis.chi2 - hypothesis.count < TOLD * (readings.plain.chi2 - hypothesis.count)
-    return bool(most) and not loses(readings, hypothesis.fit.chain, look.leave_out)
+    return bool(most) and not loses(readings, hypothesis.fit.chain, leave_out)
 
 
 def counts_another(before: Readings, after: Readings) -> bool:

@@ -93,6 +93,18 @@ def test_on_finer_grids_the_same_corrections_are_fitted_and_none_is_looked_for(m
     assert len(asked) == 1
 
 
+def test_of_two_corrections_at_a_place_that_are_asked_for_both_are_fitted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """To first order a law that is nearly the right one may promise a little more."""
+    there = bench(BENT)
+    plain = there.fitted(there.plain, ())
+    at_f = [s for s in there.suspects(plain) if s.correction.place is Place.F]
+    asked = [at_f[0], next(s for s in at_f if s.correction.form == "map of the rate")]
+    monkeypatch.setattr(Bench, "suspects", lambda *_: asked)
+    monkeypatch.setattr("identify.explain.free_form.contenders", lambda *_: asked)
+    monkeypatch.setattr("identify.explain.free_form.NEXT", -np.inf)
+    assert {c.form for c, _ in begun(there, plain).fitted} >= {s.correction.form for s in asked}
+
+
 def test_a_correction_far_behind_names_after_a_first_fit_is_not_gone_after(monkeypatch: pytest.MonkeyPatch) -> None:
     there = bench(BENT)
     plain = there.fitted(there.plain, ())
@@ -136,6 +148,30 @@ def test_it_is_one_thing_where_one_correction_makes_what_laws_hardly_tell(
     monkeypatch.setattr("identify.explain.locate.first_fits", lambda *_: [told])
     assert told_by_one(on, start, laws) is one
     assert not told_by_one(on, start, replace(laws, swell=2.0))
+
+
+@pytest.mark.parametrize(
+    ("knots", "left", "beside", "one"),
+    [
+        ((1e-3,), 3.0 * BEHIND, False, True),
+        ((1e-3, 2e-3), 3.0 * BEHIND, False, False),  # laws have as many numbers
+        ((1e-3,), 0.9 * BEHIND, False, False),  # they leave little
+        ((1e-3,), 3.0 * BEHIND, True, False),  # so does the correction
+    ],
+)
+def test_it_is_one_thing_where_a_correction_of_no_more_numbers_leaves_nothing_and_laws_much(
+    knots: tuple[float, ...], left: float, beside: bool, one: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    on = bench()
+    plain = on.fitted(on.plain, ())
+    start, laws, found = (replace(plain, chi2=plain.count + chi2) for chi2 in (100.0 * BEHIND, left, 0.0))
+    rest = Suspect(LevelMap(Place.F, (-5.0, 0.0, 5.0)), np.ones(1), np.array([left]), {})
+    monkeypatch.setattr(Bench, "suspects_near", lambda *_: (start.chi2, [rest]))
+    monkeypatch.setattr(Bench, "suspects", lambda _, asked: [rest] if beside or asked is laws else [])
+    monkeypatch.setattr("identify.explain.locate.first_fits", lambda *_: [found])
+    told = Located(start, ((Giving(Place.F, knots), found),), 0.0)
+    monkeypatch.setattr("identify.explain.locate.located", lambda *_: told)
+    assert told_by_one(on, start, laws) is one
 
 
 def test_a_bent_border_is_located_at_f_and_proven_on_another_run() -> None:

@@ -137,7 +137,8 @@ def test_beside_readings_that_scatter_unlike_each_other_two_samples_may_be_their
 
 
 def test_who_reads_of_a_law_with_much_company_is_told_so_and_where_else_that_may_be(monkeypatch):
-    asked = []
+    asked, doubts = [], []
+    monkeypatch.setattr("identify.explain.answer.doubted", lambda _, found: doubts.append(found) or found)
 
     def elsewhere(bench, base):
         asked.append(base.names)
@@ -154,4 +155,5 @@ def test_who_reads_of_a_law_with_much_company_is_told_so_and_where_else_that_may
     assert (told.location.alternatives, told.location.same_data) == (("sense", "F"), ("sense",))
     assert "; at sense the same law would give exactly the same data; " in told.location.sentence
     assert asked == [()]  # beside what else was named: nothing here
+    assert (told.verdict, doubts) == ("explained", [])  # where what little is left enters is not asked for
     assert any(text.startswith("resonance at G2 has values with which much") for text in told.warnings)

@@ -12,7 +12,7 @@ from identify.effects import catalogue
 from identify.effects.effect import Confusion, short
 from identify.explain.explain import explain, prepared
 from identify.explain.of_readings import finding
-from identify.explain.readings import Look, counts_another, hides_noise, loses, read, reread, suspected
+from identify.explain.readings import Look, counts_another, hides_noise, loses, lost_no_more, read, reread, suspected
 from identify.holdout import settling_s, split
 from identify.interval import Interval
 from identify.noise import good
@@ -128,6 +128,15 @@ def test_readings_lost_beside_physics_are_held_until_that_is_explained():
     more = MissingSamples({**loss.values, "count": Interval(10.0, 10.0, 10.0)}, loss.p_value, loss.where)
     assert counts_another(held, replace(held, found=(more,)))
     assert counts_another(held, replace(held, found=()))
+    law, fit = catalogue()["input_ac_coupling"](Place.SOURCE), replace(held.plain.fit, chain=sagging)
+    told = replace(held.plain, effects=(law,), fit=fit, chi2=float(held.plain.count))
+    assert not lost_no_more(held, told, ())
+    whole = replace(held, traces=(runs[0], recording(sag, stimulus=SINE, seed=2)))
+    assert lost_no_more(whole, told, ())  # what had looked like a loss to the plain model
+    little = told.count + 0.2 * (held.plain.chi2 - told.count)
+    assert not lost_no_more(whole, replace(told, chi2=little), ())
+    assert not lost_no_more(whole, replace(told, effects=()), ())
+    assert not lost_no_more(replace(whole, found=()), told, ())
 
 
 def test_as_many_readings_are_put_back_as_were_lost_though_the_loss_has_led_the_model_astray():
