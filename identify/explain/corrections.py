@@ -19,6 +19,7 @@ from identify.stage import Place
 from identify.trace import Array
 from identify.unnamed.contact import AfterContact, AfterEither, AfterImpact, Giving, Kicking, Sticking
 from identify.unnamed.correction import UNNAMED, Correction
+from identify.unnamed.crossings import Pulse
 from identify.unnamed.hysteresis import Hysteresis, Relays
 from identify.unnamed.linear import Bypass, Filter, OneWay, SlowFilter
 from identify.unnamed.lines import Flutter, GapRipple, Line, Ripple
@@ -89,6 +90,7 @@ def _laws(evidence: Evidence, name: str) -> Iterator[Correction]:
     levels = dwelt_levels(evidence)
     if LevelTable.least <= len(levels) <= DWELT:
         yield LevelTable(Place.SOURCE, levels, name)
+    yield Pulse(Place.SOURCE, fast_s(evidence)[1::2], name)
     yield from (RateMap(place, evidence.rates(place), name) for place in (Place.G1, Place.F, Place.G2))
     for place in GainOverRate.places:
         yield GainOverRate(place, speeds(evidence, place), name)

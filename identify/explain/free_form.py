@@ -22,7 +22,7 @@ from identify.explain.suspect import LARGE, LEVEL, Suspect, contenders, is_fine,
 from identify.explain.wander import all_wanders
 from identify.unnamed.correction import Correction
 from identify.unnamed.lines import Line, Wave
-from identify.unnamed.maps import BrokenMap
+from identify.unnamed.maps import BrokenMap, LevelTable
 from identify.unnamed.sudden import Sudden, SuddenDynamics
 
 NEAR = 2.0  # times the best sum of squares, up to which a search cut short is ended
@@ -96,8 +96,10 @@ def begun(bench: Bench, base: Hypothesis) -> Begun:
     asked = contenders(ranked, noise)
     plainer = {s.correction.plainly for s in asked}  # what they may be disguises of stays what it is
     others = [s for s in ranked if not any(s is one for one in asked)]
+    beside = [ranked if isinstance(s.correction, LevelTable) else others for s in asked]  # any law may be such a table
     sharp = [
-        finer(evidence, s, noise) if s.correction.form in plainer else finest(evidence, others, s, noise) for s in asked
+        finer(evidence, s, noise) if s.correction.form in plainer else finest(evidence, laws, s, noise)
+        for s, laws in zip(asked, beside, strict=True)
     ]
     smooth = {s.correction: s for s in distinct(evidence, sharp)}
     worth = [*smooth.values(), *cornered(evidence, ranked, noise)]
@@ -114,7 +116,7 @@ def finest(evidence: Evidence, others: Sequence[Suspect], asked: Suspect, noise:
         return finer(evidence, asked, noise)
     least = NEXT * asked.worth(noise)[0]
     close = [s for s in others if s.correction.place is asked.correction.place and s.worth(noise)[0] > least]
-    beside = [s for s in close if not (s.correction.searched or is_fine(s.correction))]
+    beside = [s for s in close if s is not asked and not (s.correction.searched or is_fine(s.correction))]
     return max((finer(evidence, s, noise) for s in [asked, *beside[:BESIDE]]), key=lambda s: s.worth(noise)[0])
 
 

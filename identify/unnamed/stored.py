@@ -14,6 +14,7 @@ from identify.model import Physics
 from identify.stage import Place
 from identify.unnamed.contact import AfterContact, AfterEither, AfterImpact, Giving, Kicking, Sticking
 from identify.unnamed.correction import UNNAMED, Correction
+from identify.unnamed.crossings import Pulse
 from identify.unnamed.hysteresis import Hysteresis, Relays
 from identify.unnamed.linear import Bypass, Filter, OneWay, SlowFilter
 from identify.unnamed.lines import Flutter, GapRipple, Line, Ripple, Wave
@@ -43,7 +44,7 @@ from identify.unnamed.turned import FARTHEST, SINCE
 AT = "at"
 UNEVEN = 1e-6  # share by which evenly spaced knots may differ, for rounding
 EVERY: tuple[type[Correction], ...] = (
-    LevelMap, BrokenMap, OuterMap, LevelTable, BorderMap, SourceMap, SourceGain, Leak, RateMap, GainOverRate,
+    LevelMap, BrokenMap, OuterMap, LevelTable, Pulse, BorderMap, SourceMap, SourceGain, Leak, RateMap, GainOverRate,
     GapOverRate, BorderOverRate, Trailing, Filter, SlowFilter, OneWay, Bypass, Hysteresis, Relays, Sticking, Giving,
     Kicking, AfterContact, AfterEither, AfterImpact, Plateau, *FARTHEST, *SINCE, OffsetOverClock,
     OffsetSteps, OffsetInRun, Moments, GainOverClock, GainSteps, GainInRun, GapOverClock, GapSteps, GapInRun,

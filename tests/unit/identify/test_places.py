@@ -59,6 +59,7 @@ PLANTED = {  # law -> its values, the stage, the forms that may tell it, the lea
     "crosstalk": ({"size": 0.2, "level": 0.7}, Place.SENSE, {"map of the source"}, 0.6),
     "wavy_adc": ({"size": 0.1, "period": 6.0}, Place.SENSE, {"map of the level"}, 0.6),
     "hurried_reading": ({"k": 0.05, "top": 600.0}, Place.SENSE, {"gain over the rate"}, 0.9),
+    "dac_glitch": ({"size": 0.05, "tau": 3e-3}, Place.SOURCE, {"pulse at zero"}, 0.99),
     "dead_dac": ({"dead": 0.6}, Place.SOURCE, {"corners of the level"}, 0.9),
     "tired_source": ({"k": 0.05}, Place.SOURCE, {"gain after use"}, 0.9),
     "sagging_supply": ({"k": 4e-3, "tau": 0.05}, Place.SENSE, {"gain after use"}, 0.9),
