@@ -33,6 +33,7 @@ UNFINISHED = 2  # power of the share that the best leaves of what another is beh
 TEMPER = 0.05  # of a log likelihood: corrections are families near the truth, not the truth
 EASILY = 3e4  # of chi-squared, that no laws explain which stand in for others, without leaving some of it
 LESSER = 0.5  # of a mismatch, that the larger of two laws leaves at most
+MOSTLY = 0.9  # of what laws tell, that a law of one lag, threshold or rate promises that may tell more
 BEHIND, NEARER = 1e3, 1.0  # of chi-squared, or times what is to be left, by which a first fit may be behind that
 
 
@@ -222,12 +223,8 @@ def within_reach(bench: Bench, base: Hypothesis, chi2: float) -> bool:
     """
     if base.chi2 - chi2 < EASILY:
         return True
-    return any(h.chi2 - chi2 < _behind(base, chi2) for h in first_fits(bench, base))
-
-
-def _behind(base: Hypothesis, chi2: float) -> float:
-    """Return by how much a first fit may be behind a chi-squared that it comes to in the end."""
-    return max(BEHIND, NEARER * (chi2 - base.count))
+    behind = max(BEHIND, NEARER * (chi2 - base.count))
+    return any(h.chi2 - chi2 < behind for h in first_fits(bench, base))
 
 
 def told_by_one(bench: Bench, start: Hypothesis, laws: Hypothesis) -> bool:
@@ -255,8 +252,11 @@ def _told_little(bench: Bench, start: Hypothesis, laws: Hypothesis) -> bool:
 def _by_fewer(bench: Bench, start: Hypothesis, laws: Hypothesis) -> bool:
     """Return whether a correction with no more numbers than laws and one more does all of what they leave a part of."""
     most = laws.parameters - start.parameters + 1
+    single = [s.gain for s in bench.suspects_near(start, SAME * start.chi2)[1] if s.correction.single]
+    if max(single, default=0.0) < MOSTLY * (start.chi2 - laws.chi2):
+        return False
     few = [h for h in first_fits(bench, start) if h.parameters - start.parameters < most]
-    near = any(h.chi2 - laws.chi2 < _behind(start, laws.chi2) for h in few)
+    near = any(h.chi2 < laws.chi2 and h.misfit < h.noise_known for h in few)  # else a race is not worth what it takes
     if not near or explainable(bench.suspects(laws)) < BEHIND or not (fitted := located(bench, start).fitted):
         return False
     best, found = min(fitted, key=lambda pair: pair[1].chi2)
