@@ -173,6 +173,8 @@ def test_it_is_one_thing_where_a_correction_of_no_more_numbers_leaves_nothing_an
     told = Located(start, ((Giving(Place.F, knots), found),), 0.0)
     monkeypatch.setattr("identify.explain.locate.located", lambda *_: told)
     assert told_by_one(on, start, laws) is one
+    monkeypatch.setattr(Bench, "suspects_near", lambda *_: (start.chi2, [rest]))
+    assert not told_by_one(on, start, laws)  # no law of one lag promises that much: nothing is fitted to see
 
 
 def test_a_bent_border_is_located_at_f_and_proven_on_another_run() -> None:
