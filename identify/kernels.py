@@ -218,6 +218,19 @@ def plus_curve(first: float, step: float, rows: Array, signal: Array, out: Array
             out[j] = s + rows[i, 0] + t * (rows[i, 1] + t * (rows[i, 2] + t * rows[i, 3]))
 
 
+@njit(error_model="numpy", cache=True)
+def rounded(step: float, rows: Array, signal: Array, out: Array) -> None:
+    """Round every value to whole steps, on the mean: ``rows`` are the cubic pieces in which a step is rounded off."""
+    last, per = rows.shape[0] - 1, 1.0 / step
+    for j in range(signal.size):
+        s = signal[j] * per
+        whole = np.floor(s + 0.5)
+        part = s - whole + 0.5
+        i = min(int(part * last), last)
+        t = part - i / last
+        out[j] = step * (s + rows[i, 0] + t * (rows[i, 1] + t * (rows[i, 2] + t * rows[i, 3])))
+
+
 @njit(error_model="numpy", fastmath=_IN_ORDER, cache=True)
 def best_cuts(y: Array, answer: Array, use: Any, gains: Array) -> None:
     """Write what the best cut gains for every number of lost readings from 1 on.

@@ -1,6 +1,6 @@
 """What a fit looks at: a trace, which of its samples count, how noisy they are, and how finely to simulate it."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -44,7 +44,8 @@ class Observation:
     """One trace with ``use`` (N,) True where a residual counts, and the noise of one sample in V.
 
     ``left_out`` (N,) is what a fine grid adds to an answer on this one, in units of the noise (identify.stepping);
-    None for nothing. ``colour`` says how the noise of a sample hangs together with that of those before.
+    None for nothing. ``colour`` says how the noise of a sample hangs together with that of those before. ``scatter`` is
+    what noise leaves of a sample of this run on average, over ``noise_v`` squared.
     """
 
     trace: Trace
@@ -53,6 +54,7 @@ class Observation:
     substeps: int = 1
     left_out: NDArray[np.float16 | np.float32] | None = None
     colour: Colour = WHITE
+    scatter: float = 1.0
 
     @cached_property
     def source(self) -> Samples:
@@ -63,6 +65,11 @@ class Observation:
     def count(self) -> int:
         """Return how many samples count."""
         return int(np.count_nonzero(self.use))
+
+    @property
+    def expected(self) -> float:
+        """Return what chi-squared is on average where nothing but noise is left."""
+        return self.scatter * self.count
 
     def until(self, size: int) -> "Observation":
         """Return what there is up to sample ``size``; itself when that is all."""
@@ -136,6 +143,13 @@ def pooled_rms(parts: Iterable[Array]) -> float:
     for values in regrouped(parts):
         total, count = total + float(np.sum(np.square(values))), count + values.size
     return float(np.sqrt(total / count)) if count else 0.0
+
+
+def over_noise(chain: Chain, observations: Sequence[Observation]) -> float:
+    """Return the rms of what a chain leaves, as a fit weighs it, over what noise alone would leave; 0 of nothing."""
+    left = sum(float(white @ white) for o in observations for white in o.whitened(chain))
+    expected = sum(o.expected for o in observations)
+    return float(np.sqrt(left / expected)) if expected else 0.0
 
 
 def refined(observation: Observation, chain: Chain) -> Observation:

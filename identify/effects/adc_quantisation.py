@@ -67,18 +67,27 @@ class AdcQuantisation(Effect):
 
 def rounded_mean(y: Array, lsb: float, noise: float) -> Array:
     """Return the mean of ``lsb`` round((y + n) / lsb) over Gaussian n: a staircase whose edges are its distribution."""
-    scaled = y / lsb
-    whole = np.rint(scaled)
-    part = np.empty_like(scaled)
-    kernels.plus_curve(-0.5, 1.0 / PIECES, _rounding_off(max(noise / lsb, LEAST)), scaled - whole, part)
-    return np.asarray(lsb * (whole + part))
+    read = np.empty(y.size)
+    kernels.rounded(lsb, _rounding_off(max(noise / lsb, LEAST)), y, read)
+    return read
+
+
+def rounded_sd(y: Array, lsb: float, noise: float) -> Array:
+    """Return the sd of ``lsb`` round((y + n) / lsb) over Gaussian n: nothing where n turns no reading over."""
+    part, width = y / lsb - np.rint(y / lsb), max(noise / lsb, LEAST)
+    mean, square = np.zeros(y.size), np.zeros(y.size)
+    for edge in np.arange(0.5, 1.0 + BEYOND * width):  # rounded up to ``edge`` + 0.5, or as far down
+        above, below = ndtr((part - edge) / width), ndtr((-part - edge) / width)
+        mean += above - below
+        square += 2.0 * edge * (above + below)
+    return np.asarray(lsb * np.sqrt(np.maximum(square - np.square(mean), 0.0)))
 
 
 @lru_cache(maxsize=64)
 def _rounding_off(width: float) -> NDArray[np.float64]:
     """Return by how much the mean reading differs from the level within a step, in steps, for noise of ``width``.
 
-    Cubic pieces as identify.kernels.plus_curve takes them; they are off by 1e-7 of a step at most.
+    Cubic pieces as identify.kernels.rounded takes them; they are off by 1e-7 of a step at most.
     """
     part = np.linspace(-0.5, 0.5, PIECES + 1)
     off, slope = -part, -np.ones(part.size)

@@ -43,7 +43,7 @@ from identify.holdout import Split
 from identify.interval import Interval
 from identify.model import Model
 from identify.natural_units import shown, shown_interval
-from identify.observe import pooled_rms
+from identify.observe import over_noise, pooled_rms
 from identify.uncertainty.inflation import inflation
 from identify.unnamed.correction import UNNAMED, Correction
 from identify.unnamed.linear import Filter
@@ -73,7 +73,7 @@ class Answer:
         self.before_v = held_out_rms(adapted(self.before, self.raw.test), self.raw.test)
         chain = adapted(self.better.fit.chain, data.test)
         self.named_v = held_out_rms(chain, data.test)
-        self.named_over = pooled_rms(left for o in bare(data.test) for left in o.whitened(chain))
+        self.named_over = over_noise(chain, bare(data.test))
         self.by_chance = left_by_chance(bench, self.better.effects, chain, data.test)
         self.blemished = bool(readings.found) and not self.better.effects
         asked = self.named_over > TO_THE_NOISE or self.blemished
@@ -89,7 +89,7 @@ class Answer:
     def _unvisited(self) -> Range | None:
         """Return where held-out runs leave more than noise because no run that was fitted has been there."""
         chain, train = self.improved.fit.chain, self.bench.observations
-        fits = pooled_rms(left for o in train for left in o.whitened(chain)) <= TO_THE_NOISE
+        fits = over_noise(chain, train) <= TO_THE_NOISE
         return unvisited(chain, train, self.data.test) if fits and self.after_v > TO_THE_NOISE * self.noise_v else None
 
     @property

@@ -83,7 +83,7 @@ class Bench:
                 break
             found = self._searched(found.chain, effects, seen, iterations, told=told)
         left, swell = without_chance(found.chain, effects, seen, self.noise_known)
-        count = sum(o.count for o in self.observations)
+        count = round(sum(o.expected for o in self.observations))
         return Hypothesis(tuple(effects), found, left, count, self.noise_known, swell, self.observations)
 
     def again(self, hypothesis: Hypothesis) -> Hypothesis:

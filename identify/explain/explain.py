@@ -38,6 +38,7 @@ from identify.explain.readings import (
     lost_no_more,
     read,
     reread,
+    stepped_anew,
     suspected,
 )
 from identify.explain.scattered import scattered
@@ -96,7 +97,7 @@ def _explained(
     found = _found(readings, note, look)
     if isinstance(found, Look):
         return _explained(model, traces, hold_out, note, found)
-    bench, final, rounds = found
+    readings, bench, final, rounds = stepped_anew(readings, *found)
     note("checking the names against free-form corrections", 0.75)
     plain = bench.again(rounds[0].base if rounds else readings.plain)
     earned = warranted(bench, plain, final, rounds)

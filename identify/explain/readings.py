@@ -9,11 +9,13 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from identify.chain import Chain
-from identify.colour import Colour
+from identify.effects.adc_quantisation import LSB
 from identify.effects.effect import Effect
 from identify.explain.bench import Bench
+from identify.explain.evened import Prepared, as_stepped, evened, stepped, weighed
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.knowing import knows_f
+from identify.explain.round import Round
 from identify.explain.wander import MOSTLY, unrepeated
 from identify.holdout import Split, settling_s, split
 from identify.model import Model
@@ -27,7 +29,6 @@ from identify.readings.missing_samples import MissingSamples
 from identify.readings.noise_left import noise_left
 from identify.readings.received import received
 from identify.readings.spectra import spectra
-from identify.readings.uneven_noise import Uneven
 from identify.trace import Trace
 
 ALL_OF_IT = 2.0  # times the energy of a noise as large as it may be, that is left at most where it is all that is left
@@ -35,7 +36,6 @@ DOUBTED = 0.9  # share of the misfit that may be left where a loss that only a r
 LOOKS = 8  # at most: each look mends more of a loss that had moved the plain model
 WORTH = 0.5  # share of the plain model's misfit that may be left for its blemishes to count before it is explained
 TOLD = 0.1  # of what the plain model leaves beyond the noise, that a law may leave for losses to be asked for again
-Prepared = Callable[[Split], tuple[Bench, Hypothesis]]
 
 
 @dataclass(frozen=True)
@@ -51,6 +51,7 @@ class Readings:
     plain: Hypothesis
     found: tuple[Blemish, ...]
     settle_s: float
+    stepped: bool = False  # whether it counts where they stand in the steps of the ADC
     doubtful: tuple[Blemish, ...] = ()  # losses of readings of which only a rough look told
 
     @property
@@ -94,10 +95,10 @@ def read(
         data = split(model, seen.training, seen.proof) if seen.found or alone else raw
         data, noise = _whitened(data, seen, settling_s(model), look, look.against or before.fit.chain)
         mine, plain = (bench, before) if data is raw else prepared(data)
+        data, mine, plain, steps = as_stepped(data, mine, plain, prepared, look.against)
         told = {blemish.id for blemish in alone}  # what the readings alone tell is not fitted once more
-        again = replace(mine, kinds=tuple(kind for kind in mine.kinds if kind.id not in told)), plain
-        found = (*alone, *seen.found, *noise)
-        return Readings(recorded.training, recorded.proof, raw, before, data, *again, found, settling_s(model))
+        ready, found = mine.of_kinds(k for k in mine.kinds if k.id not in told), (*alone, *seen.found, *noise)
+        return Readings(*recorded.runs, raw, before, data, ready, plain, found, settling_s(model), steps)
 
     if look.against is not None:
         return undone(mended(look.against, *recorded.runs, raw.noise.rms_v, look.leave_out, look.rough))
@@ -156,22 +157,19 @@ def _whitened(
         left = noise_left(*_less(look.against, seen, data.noise.rms_v)) if look.against is not None else None
         noise = left or coloured_noise(seen.training, seen.proof, settle_s)  # repeats are few, what is left is all
     if noise is None or knows_f(chain, data.train):
-        return _evened(data, seen.noise) if seen.noise else (data, ())
-    return _weighed(data, noise.rms_v, noise.rms_v, noise.colour), (noise.blemish,)
+        return (evened(data, seen.noise), (seen.noise.blemish,)) if seen.noise else (data, ())
+    return weighed(data, noise.rms_v, noise.rms_v, noise.colour), (noise.blemish,)
 
 
-def _evened(data: Split, noise: Uneven) -> tuple[Split, tuple[Blemish, ...]]:
-    """Return the data weighed as every reading scatters, the noise that of those held out, and what tells of that."""
-    rms_v, held_out_v = (pooled_rms(noise.of(o.trace)[o.use] for o in part) for part in (data.train, data.test))
-    return _weighed(data, rms_v, held_out_v, partial(noise.colour, rms_v=rms_v)), (noise.blemish,)
-
-
-def _weighed(data: Split, noise_v: float, told_v: float, colour: Callable[[Trace], Colour]) -> Split:
-    """Return the data weighed by the colour of each recording, ``told_v`` the noise that an answer is held against."""
-    train, test = (
-        tuple(replace(o, noise_v=noise_v, colour=colour(o.trace)) for o in part) for part in (data.train, data.test)
-    )
-    return replace(data, train=train, test=test, noise=replace(data.noise, rms_v=told_v))
+def stepped_anew(
+    readings: Readings, bench: Bench, final: Hypothesis, rounds: list[Round]
+) -> tuple[Readings, Bench, Hypothesis, list[Round]]:
+    """Return what was selected, with what noise leaves of coarse readings, where that was not known before."""
+    known = abs(final.misfit) < bench.noise_known
+    if not readings.stepped or known or LSB.name not in final.fit.chain.values:
+        return readings, bench, final, rounds
+    data, bench, final = stepped(readings.data, bench, final)
+    return replace(readings, data=data), bench, final, rounds
 
 
 def suspected(readings: Readings, leave_out: Sequence[str]) -> float:

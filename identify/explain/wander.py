@@ -124,7 +124,7 @@ def without_chance(
     than hangs together: what comes through G2 does, a noise that is larger than it was taken for does not. Nor is it
     where readings are weighed beside such chance: the weights have it in them.
     """
-    chi2, noise = total_chi_squared(chain, observations), sum(o.count for o in observations)
+    chi2, noise = total_chi_squared(chain, observations), round(sum(o.expected for o in observations))
     weighed = any(o.colour.wander is not None for o in observations)
     if weighed or not any(effect.by_chance for effect in effects) or not proven(chi2, noise, noise_known):
         return chi2, 1.0
@@ -162,7 +162,7 @@ def _in_common(values: Array, use: Mask) -> float:
 
 def _beyond(chain: Chain, observations: Sequence[Observation]) -> float:
     """Return chi-squared beyond the noise."""
-    return total_chi_squared(chain, observations) - sum(o.count for o in observations)
+    return total_chi_squared(chain, observations) - sum(o.expected for o in observations)
 
 
 def sizing(chain: Chain, effects: Sequence[Effect], observations: Sequence[Observation]) -> Pull | None:

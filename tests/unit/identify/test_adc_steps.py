@@ -1,11 +1,11 @@
-"""Is the mean reading behind coarse steps of an ADC what very many of them are on average?"""
+"""Are mean and scatter of readings behind coarse steps of an ADC those of very many of them?"""
 
 import numpy as np
 import pytest
 from scipy.special import ndtr
 from scipy.stats import norm
 
-from identify.effects.adc_quantisation import rounded_mean
+from identify.effects.adc_quantisation import rounded_mean, rounded_sd
 
 LEVELS = np.linspace(-0.73, 0.91, 57)
 LSB = 0.31
@@ -16,6 +16,7 @@ def test_the_mean_reading_is_that_of_many(noise: float) -> None:
     every = norm.ppf((np.arange(40_000) + 0.5) / 40_000) * noise
     many = LSB * np.rint((LEVELS[:, None] + every) / LSB)
     assert rounded_mean(LEVELS, LSB, noise) == pytest.approx(np.mean(many, axis=1), abs=2e-5)
+    assert np.square(rounded_sd(LEVELS, LSB, noise)) == pytest.approx(np.var(many, axis=1), rel=1e-3, abs=1e-5)
 
 
 @pytest.mark.parametrize("width", [0.02, 0.05, 0.3, 0.9])
