@@ -19,6 +19,7 @@ from identify.trace import Array, Mask
 
 Cube = NDArray[np.float64]  # of three axes
 ALL = slice(None)
+ALIKE = 1e-12  # of the information of a parameter: by less than that rounding may be told apart from another's
 FARTHEST = 0.5  # of a search coordinate, that a fitted parameter is moved to first order
 
 
@@ -71,8 +72,9 @@ class FirstOrder(ABC):
 
     @cached_property
     def _normal(self) -> tuple[Matrix, bool]:
-        prior = np.diag([c.prior_sd**-2.0 for c in self.fitted.coordinates])
-        return cho_factor(self.slopes @ self.slopes.T + prior)
+        square = self.slopes @ self.slopes.T + np.diag([c.prior_sd**-2.0 for c in self.fitted.coordinates])
+        own = square.diagonal()
+        return cho_factor(square + np.diag(np.where(own > 0.0, ALIKE * own, 1.0)))
 
     def step(self, made: Array) -> Array:
         """Return by how much the fitted parameters move, in search coordinates, to first order.

@@ -1,5 +1,7 @@
 """Is what a candidate would leave of the residual what a refit confirms, with the plain parameters projected out?"""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from identify.chain import plain_chain, simulate
 from identify.effects import catalogue
 from identify.evidence import Evidence
 from identify.explain.promise import promised
+from identify.first_order import FirstOrder
 from identify.fit import fit
 from identify.stage import Place
 from tests.proof.cases import Concealed
@@ -274,3 +277,17 @@ def test_many_sets_of_rows_are_freed_of_the_plain_values_as_each_alone(drifting)
         alone = drifting.less_plain(one)
         assert np.allclose(matrix, alone[0], rtol=1e-9)
         assert np.allclose(right, alone[1], rtol=1e-9)
+
+
+@pytest.mark.parametrize("sizes", [(1.0, 1.0, 1e9), (1.0, 1.0 / 3.0, 1e-9)])
+def test_parameters_that_rounding_does_not_tell_apart_are_moved_as_one(sizes):
+    """Of a corrected chain two were: what it left was asked of a matrix without an inverse, which ended the answer."""
+    shapes = np.random.default_rng(5).normal(size=(2, 500))
+
+    class Alike(FirstOrder):
+        fitted = SimpleNamespace(coordinates=[SimpleNamespace(prior_sd=np.inf)] * 3)
+        residual = shapes[0] + shapes[1]
+        slopes = np.array(sizes)[:, None] * shapes[[0, 0, 1]]
+
+    assert Alike().left < 1e-6 * float(Alike.residual @ Alike.residual)
+    assert Alike().without_plain(shapes) == pytest.approx(np.zeros((2, 500)), abs=1e-4)
