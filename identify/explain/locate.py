@@ -33,6 +33,7 @@ UNFINISHED = 2  # power of the share that the best leaves of what another is beh
 TEMPER = 0.05  # of a log likelihood: corrections are families near the truth, not the truth
 EASILY = 3e4  # of chi-squared, that no laws explain which stand in for others, without leaving some of it
 LESSER = 0.5  # of a mismatch, that the larger of two laws leaves at most
+HARDLY = 0.03  # of a large mismatch, that a first fit of the right correction may leave
 MOSTLY = 0.9  # of what laws tell, that a law of one lag, threshold or rate promises that may tell more
 BEHIND, NEARER = 1e3, 1.0  # of chi-squared, or times what is to be left, by which a first fit may be behind that
 
@@ -228,7 +229,7 @@ def within_reach(bench: Bench, base: Hypothesis, chi2: float) -> bool:
 
 
 def told_by_one(bench: Bench, start: Hypothesis, laws: Hypothesis) -> bool:
-    """Return whether a first fit of one correction leaves none but noise of a mismatch, and laws leave most of it.
+    """Return whether a first fit of one correction leaves next to nothing of a mismatch, and laws leave most of it.
 
     Two laws at different places are more than one correction can make, and the larger of them tells more than half: it
     is one thing then, and none of the laws. So it is where one of no more numbers leaves nothing at all that any would
@@ -240,12 +241,13 @@ def told_by_one(bench: Bench, start: Hypothesis, laws: Hypothesis) -> bool:
 
 
 def _told_little(bench: Bench, start: Hypothesis, laws: Hypothesis) -> bool:
-    """Return whether laws leave most of a mismatch of which a first fit of one correction leaves none but noise."""
+    """Return whether laws leave most of a mismatch of which a first fit of one correction leaves next to nothing."""
     promised = max((s.gain for s in bench.suspects_near(start, SAME * start.chi2)[1]), default=0.0)
     if start.chi2 - laws.chi2 >= LESSER * promised and laws.proven <= LESSER * start.proven:
         return False
     start = bench.again(start)
-    alone = [h for h in first_fits(bench, start) if h.misfit < h.noise_known]
+    least = max(start.noise_known * start.count, HARDLY * (start.chi2 - start.count))
+    alone = [h for h in first_fits(bench, start) if h.chi2 - h.count < least]
     return any(laws.chi2 - h.chi2 > LESSER * (start.chi2 - h.chi2) for h in alone)
 
 

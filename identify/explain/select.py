@@ -51,7 +51,7 @@ def selected(
             return other
         this, ends = _settled(bench, start, this, rounds, part, least)
         if ends and this.best is not None:
-            return bench, pruned(bench, this.best), [*rounds, this]
+            return bench, this.best, [*rounds, this]
         rounds.append(this)
         if this.best is None:
             best = this.base  # fitted again where finer grids were needed to compare it
