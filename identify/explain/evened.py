@@ -45,10 +45,8 @@ def as_stepped(
         return data, bench, plain, False
     chain = against if against and LSB.name in against.values else _with_steps(bench, plain)
     steps = CoarseSteps(chain) if chain else None
-    if steps is None or not steps.shows:
-        return data, bench, plain, False
-    data = steps.told(data)
-    return data, *prepared(data), True
+    told = steps.told(data) if steps and steps.shows else None
+    return (told, *prepared(told), True) if told else (data, bench, plain, False)
 
 
 def _with_steps(bench: Bench, plain: Hypothesis) -> Chain | None:
@@ -64,6 +62,8 @@ def stepped(data: Split, bench: Bench, final: Hypothesis) -> tuple[Split, Bench,
     A chain that has the steps alone takes what it is missing for noise ahead of the ADC.
     """
     told = CoarseSteps(final.fit.chain).told(data)
+    if told is None:
+        return data, bench, final
     pairs = zip(bench.observations, told.train, strict=True)
     seen = tuple(replace(o, noise_v=new.noise_v, scatter=new.scatter) for o, new in pairs)
     again = replace(bench, observations=seen, known={}, asked={}, coarser=None)

@@ -18,6 +18,7 @@ from identify.readings.mend import answer
 from identify.trace import Array, Trace
 
 COARSE = 0.5  # of a step: noise ahead of the ADC from which on all readings scatter alike, their sd within 1 %
+ENOUGH = 10.0  # readings that noise turns over
 PART = 0.01  # of a step, by which levels are moved
 KNOWN = 0.02  # share to which their variance is known: physics not found yet moves levels within their steps
 
@@ -55,11 +56,16 @@ class CoarseSteps:
         """Return the sd of a reading of every level, V."""
         return rounded_sd(level, self.lsb_v, self.noise_v)
 
-    def told(self, data: Split) -> Split:
-        """Return data with what noise leaves of every run; the noise told is that of those held out."""
+    def told(self, data: Split) -> Split | None:
+        """Return data with what noise leaves of every run; the noise told is that of those held out.
+
+        None where it turns hardly any readings over: of what it leaves of them nothing can be said.
+        """
         levels = [self._level(o.trace)[o.use] for o in data.train]
         train = [np.square(self._sd(level)) for level in levels]
         test = [np.square(self.of(o.trace)[o.use]) for o in data.test]
+        if min(float(np.sum(np.concatenate(part))) for part in (train, test)) < ENOUGH * self.lsb_v**2:
+            return None
         noise_v2 = self._telling(np.concatenate(levels), np.concatenate(train))
         known = KNOWN**2 + self._chance(np.concatenate(train)) ** 2
         held_out_v, freedom = float(np.sqrt(np.mean(np.concatenate(test)))), min(data.noise.freedom, 2.0 / known)

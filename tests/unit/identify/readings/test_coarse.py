@@ -1,5 +1,7 @@
 """Is it known how much noise leaves of readings on coarse steps of an ADC?"""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -49,6 +51,14 @@ def test_a_source_that_is_cut_off_is_told_beside_steps_six_times_the_noise():
     assert sorted(effect.id for effect in told.effects) == ["adc_quantisation", "input_clipping"]
     assert told.verdict == "explained"
     assert told.remaining.over_noise == pytest.approx(1.0, abs=0.03)
+
+
+def test_nothing_is_said_of_what_noise_leaves_where_it_turns_no_reading_over():
+    """Of 7,800 readings in the middle of a step it turns none over where it is a tenth of that."""
+    still = replace(recorded(RC, PLAYED[0], (), 0.0, fine=8), u=np.zeros(7800), y=np.zeros(7800))
+    data = split(model_of(RC), [still], [still])
+    assert _steps(0.1 * LSB).told(data) is None
+    assert _steps(0.25 * LSB).told(data) is not None  # one in 44 then
 
 
 def test_steps_that_noise_rounds_off_scatter_all_readings_alike():
