@@ -5,7 +5,7 @@ A new driver is tested by being registered and naming its emulator (``Device.emu
 
 import time
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager
 from functools import partial
 from pathlib import Path
 
@@ -15,7 +15,7 @@ import pytest
 from drivers import ngspice
 from identify.trace import Step
 from rig.device import POLL_S, Array, Device, Flag
-from rig.errors import DeviceError, RefusedError, StarvedError
+from rig.errors import DeviceError, RefusedError
 from rig.plan import Limits, Plan
 from rig.recording import Writer
 from rig.registry import connect, driver, driver_at, drivers
@@ -24,6 +24,7 @@ from rig.session import equipment
 from tests.rigs import GAIN, QUIET
 from tests.wire.simavr.bench import on_simavr
 from tests.wire.simavr.built import missing
+from tests.wire.waiting import in_time
 
 LIMITS = Limits(-10.0, 10.0, None)
 RATE_HZ, LONG_RATE_HZ = 10_000.0, 20_000.0
@@ -265,21 +266,10 @@ def test_y_is_read_just_before_u_acts(amplifier: Device) -> None:
     assert np.abs(y - expected).max() <= 0.501 * amplifier.capabilities().input_lsb_v
 
 
-def recorded_in_time(device: Device, u: Array, rate_hz: float, tries: int = 3) -> Array:
-    """Return what was read once this machine kept up, which a simulated board asks of it; else StarvedError.
-
-    A busy machine does not always; a run that was starved is played again, as whoever is told so would.
-    """
-    for _ in range(tries - 1):
-        with suppress(StarvedError):
-            return record(device, u, rate_hz)
-    return record(device, u, rate_hz)
-
-
 def test_a_long_run_comes_back_whole(amplifier: Device) -> None:
     size = min(100_000, round(LONG_RUN_S * amplifier.capabilities().max_rate_hz))
     u = amplifier.quantise(fitting(amplifier, 0.35 * waves(size)))
-    y = recorded_in_time(amplifier, u, LONG_RATE_HZ)
+    y = in_time(lambda: record(amplifier, u, LONG_RATE_HZ))
     assert np.abs(y[1:] - 3.0 * u[:-1]).max() <= 0.501 * amplifier.capabilities().input_lsb_v
 
 
@@ -354,7 +344,7 @@ def test_a_run_left_early_stops_and_can_be_made_safe(device: Device) -> None:
 
 
 def test_a_run_after_one_left_early_is_its_own(device: Device) -> None:
-    whole = recorded_in_time(device, waves(), RATE_HZ)
+    whole = in_time(lambda: record(device, waves(), RATE_HZ))
     for block in device.stream(fitting(device, -waves(60_000)), rate_of(device), LIMITS):
         if block.y.size:
             break

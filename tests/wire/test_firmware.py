@@ -22,7 +22,7 @@ from tests.wire.emulated import emulated
 from tests.wire.simavr.bench import FREQUENCY_HZ, UNO, Board, on_simavr
 from tests.wire.simavr.built import missing
 from tests.wire.talk import Talk
-from tests.wire.waiting import eventually
+from tests.wire.waiting import eventually, in_time
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing())
 
@@ -74,14 +74,18 @@ def test_every_sample_is_read_and_put_out_in_its_time(board: Board, rate_hz: flo
 ], ids=["dropped", "corrupted"])
 def test_on_a_bad_line_no_sample_is_wrong_and_none_is_missing_in_silence(faults: Faults) -> None:
     u = 4.0 * np.sin(np.arange(3000) * 0.01)
-    with on_simavr(GAIN, faults=faults) as board, connect(board.address) as device:
-        y, flags = np.full(u.size, np.nan), Flag.NONE
-        for block in device.stream(u, 1000.0, LIMITS):
-            flags |= block.flags
-            assert block.start == np.isfinite(y).sum() or flags & Flag.LINK_LOSS, "a gap that nobody tells"
-            y[block.start:block.stop] = block.y
-        expected = 3.0 * np.concatenate([[0.0], device.quantise(u)[:-1]])
-        device.safe()
+
+    def heard() -> tuple[Array, Flag, Array]:
+        with on_simavr(GAIN, faults=faults) as board, connect(board.address) as device:
+            y, flags = np.full(u.size, np.nan), Flag.NONE
+            for block in device.stream(u, 1000.0, LIMITS):
+                flags |= block.flags
+                assert block.start == np.isfinite(y).sum() or flags & Flag.LINK_LOSS, "a gap that nobody tells"
+                y[block.start:block.stop] = block.y
+            device.safe()
+            return y, flags, 3.0 * np.concatenate([[0.0], device.quantise(u)[:-1]])
+
+    y, flags, expected = in_time(heard)
     here = np.isfinite(y)
     assert Flag.RESENT in flags, "the line lost nothing"
     assert here.all() or Flag.LINK_LOSS in flags
