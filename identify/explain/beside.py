@@ -15,7 +15,7 @@ from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import located
 from identify.explain.promise import promised
 from identify.explain.race import raced
-from identify.explain.round import FORETOLD, Round, hopeful
+from identify.explain.round import FORETOLD, LOOKED_AT, Round, hopeful
 from identify.explain.select import MOST_EFFECTS, Selected, selected
 from identify.explain.sought import distinct, finer
 from identify.explain.suspect import Suspect, is_fine, with_alike
@@ -144,7 +144,8 @@ def foretold(bench: Bench, plain: Hypothesis) -> bool:
     """
     before = float(np.sum(changes(plain.fit.chain, bench.observations)[:, 0]))
     evidence, kinds = bench.evidence(plain), foretelling(bench).kinds
-    hopes = [promised(evidence, c) for c in hopeful(candidates(evidence, kinds), len(bench.observations))]
+    worth = hopeful(candidates(evidence, kinds), len(bench.observations))[:LOOKED_AT]
+    hopes = [promised(evidence, c) for c in worth]
     likely = raced(bench, plain, sorted(hopes, key=lambda p: -p.gain)[:HOPES])
     left = (float(np.sum(changes(h.fit.chain, bench.observations)[:, 0])) for h in likely)
     return any(before - rest > FORETOLD * before for rest in left)

@@ -19,6 +19,7 @@ from identify.discretise import Matrix
 from identify.evidence import Evidence
 from identify.fit import HALVED
 from identify.quadratic import boxed_step
+from identify.stage import Place
 from identify.taps import Taps
 from identify.trace import Array
 
@@ -81,7 +82,8 @@ def promised(evidence: Evidence, candidate: Candidate) -> Promise:
 def together(evidence: Evidence, promises: Sequence[Promise]) -> tuple[Pair, ...]:
     """Return the two promises that let chi-squared fall most together, each in proportion to its change, best first.
 
-    No first of two need be the best law alone: neither has to stand in for the other where both are there.
+    No first of two need be the best law alone: neither has to stand in for the other where both are there. Of the
+    forms of two effects the best is returned.
     """
     fine = evidence.fine
     products = fine.products_of(fine.changes([p.chain.with_values(fine.chain.values) for p in promises]))
@@ -94,7 +96,11 @@ def together(evidence: Evidence, promises: Sequence[Promise]) -> tuple[Pair, ...
         sizes = np.linalg.pinv(matrix[np.ix_(at, at)], rcond=ALIKE, hermitian=True) @ right[list(at)]
         if one.candidate.effect.id != other.candidate.effect.id and np.all(sizes > 0.0):
             found.append(Pair(one, other, float(right[list(at)] @ sizes)))
-    return tuple(sorted(found, key=lambda pair: -pair.gain)[:PAIRS])
+    best: dict[frozenset[tuple[str, Place]], Pair] = {}
+    for pair in sorted(found, key=lambda pair: -pair.gain):
+        laws = (promise.candidate.effect for promise in (pair.one, pair.other))
+        best.setdefault(frozenset((law.id, law.place) for law in laws), pair)
+    return tuple(best.values())[:PAIRS]
 
 
 def _own(evidence: Evidence, chain: Chain) -> tuple[Coordinate, ...]:

@@ -13,6 +13,7 @@ from identify.explain.promise import Pair, Promise
 from identify.stage import Place
 
 LOOKED_AT = 16  # candidates whose own parameters are fitted to first order
+PAIRED = 32  # candidates that are asked for what they promise by twos
 HOPEFUL = 0.03  # share of the best promise at its start below which a candidate is not looked at
 DOUBTFUL = 0.05  # probability of a start's gain by chance above which nothing speaks for an effect
 FITTED_A_ROUND = 8
@@ -125,7 +126,7 @@ def hopeful(screened: Sequence[Candidate], runs: int) -> list[Candidate]:
         told = candidate.gain > HOPEFUL * best and chance(candidate, candidate.gain, runs) < DOUBTFUL
         if told and len(same) < 2 and (not same or rival):
             kept.append(candidate)
-    return kept[:LOOKED_AT]
+    return kept
 
 
 def chance(candidate: Candidate, gain: float, runs: int) -> float:

@@ -15,6 +15,8 @@ from identify.explain.hypothesis import Hypothesis
 from identify.explain.promise import Promise, promised, together
 from identify.explain.race import doubled, raced
 from identify.explain.round import (
+    LOOKED_AT,
+    PAIRED,
     Round,
     hopeful,
     lagging,
@@ -44,7 +46,8 @@ class RoundOf:
         screened = candidates(evidence, _worth_a_look(bench, base))
         looks = max(len(screened), sum(len(list(kind.variants())) for kind in self.kinds))
         runs = len(bench.observations)
-        hopes = [promised(evidence, c) for c in hopeful(screened, runs)]
+        likely = hopeful(screened, runs)
+        hopes = [promised(evidence, c) for c in likely[:LOOKED_AT]]
         scattered = base.proven > 0.0
         hopes = [p for p in hopes if p.gain + p.slack > self.least or (scattered and p.candidate.effect.by_chance)]
         worth = promising(hopes, looks, runs)
@@ -62,7 +65,8 @@ class RoundOf:
             tried = [*tried, *raced(bench, base, starts, tried)]
         fitted = [h for h in (*tried, *bench.fuller(base, tried)) if bench.possible(h)]
         fitted = [h for h in fitted if base.chi2 - h.chi2 >= bench.rough] if bench.rough else fitted
-        pairs = () if complete else together(evidence, hopes)
+        others = [Promise(c, c.effect.put_in(evidence.chain, c.values), c.gain) for c in likely[LOOKED_AT:PAIRED]]
+        pairs = () if complete else together(evidence, [*hopes, *others])
         return Round(base, looks, ranked(base, fitted), None, passed_over(hopes, worth), pairs)
 
 
