@@ -145,12 +145,26 @@ def test_two_laws_that_do_best_by_twos_are_fitted_though_neither_was_tried_alone
     assert {law.candidate.effect for law in (pairs[0].one, pairs[0].other)} == {LEAK, BYPASS}
     assert pairs[0].gain > max(p.gain for p in promises)
     assert pairs[0].gain == pytest.approx(base.chi2 - base.count, rel=0.05)
+    either = [*promises, promised(evidence, Candidate(BOTH, {"rate": 0.1, "bias": 0.0}, 0.0))]
+    told = together(evidence, either)
+    assert len(told) == len({frozenset((p.one.candidate.effect.id, p.other.candidate.effect.id)) for p in told})
     creep = there.fitted(there.with_effects((CREEP,), TRUTH), (CREEP,))
     before = Round(base, 0, (creep,), pairs=pairs)
     found = crossed(there, replace(creep, chi2=0.9 * base.chi2), before, Round(creep, 0, ()))
     best = min(found, key=lambda h: h.chi2)
     assert set(best.effects) == {LEAK, BYPASS}
     assert best.fit.chain.values["feedthrough.k"] == pytest.approx(0.002, rel=0.1)
+
+
+def test_what_promises_too_little_alone_to_be_looked_at_closely_is_one_of_two_all_the_same(
+    droops: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Sixteen forms of bends promised more than a leak beside which one of them was all, and nothing was named."""
+    monkeypatch.setattr("identify.explain.screen.LOOKED_AT", 1)
+    there = replace(droops, asked={}, known={})
+    (best, *_) = there.round(there.fitted(there.plain, ())).pairs
+    assert "plateau_droop" in {best.one.candidate.effect.id, best.other.candidate.effect.id}
+    assert best.gain > max(best.one.gain, best.other.gain)
 
 
 @pytest.mark.parametrize(("law", "values", "coefficients"), [
