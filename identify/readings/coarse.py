@@ -13,11 +13,13 @@ import numpy as np
 from identify.chain import Chain
 from identify.effects.adc_quantisation import LSB, NOISE, rounded_mean, rounded_sd
 from identify.holdout import Split
+from identify.noise import Noise
 from identify.observe import Observation
 from identify.readings.mend import answer
 from identify.trace import Array, Trace
 
 COARSE = 0.5  # of a step: noise ahead of the ADC from which on all readings scatter alike, their sd within 1 %
+ORIGIN = "the steps of the ADC, and how far noise ahead of them rounds these off"
 ENOUGH = 10.0  # readings that noise turns over
 PART = 0.01  # of a step, by which levels are moved
 KNOWN = 0.02  # share to which their variance is known: physics not found yet moves levels within their steps
@@ -71,7 +73,7 @@ class CoarseSteps:
         held_out_v, freedom = float(np.sqrt(np.mean(np.concatenate(test)))), min(data.noise.freedom, 2.0 / known)
         return replace(
             data, train=_scattering(data.train, train, noise_v2), test=_scattering(data.test, test, noise_v2),
-            noise=replace(data.noise, rms_v=held_out_v, freedom=freedom),
+            noise=Noise(held_out_v, ORIGIN, freedom),
         )  # fmt: skip
 
     def _telling(self, level: Array, sd_v2: Array) -> float:

@@ -50,6 +50,7 @@ def test_a_source_that_is_cut_off_is_told_beside_steps_six_times_the_noise():
     told = explain(model_of(RC), seen, [held_out])
     assert sorted(effect.id for effect in told.effects) == ["adc_quantisation", "input_clipping"]
     assert told.verdict == "explained"
+    assert told.noise.origin.startswith("the steps of the ADC")
     assert told.remaining.over_noise == pytest.approx(1.0, abs=0.03)
 
 
