@@ -136,6 +136,7 @@ def test_a_correction_far_behind_names_after_a_first_fit_is_not_gone_after(monke
         (0.05, 0.05, 0.005, 0.002, False),  # the law leaves none but noise
         (1.0, 1.0, 0.8, 0.028, True),  # of so much a first fit leaves a little
         (1.0, 1.0, 0.8, 0.032, False),  # the correction leaves more than that
+        (1.0, 1.0, 0.8, 0.05, False),
     ],
 )
 def test_it_is_one_thing_where_one_correction_makes_what_laws_hardly_tell(

@@ -43,9 +43,13 @@ def test_what_noise_leaves_of_every_run_is_what_is_expected_of_it(noise):
     assert data.noise.rms_v == pytest.approx(data.test[0].noise_v * data.test[0].scatter ** 0.5)
 
 
-def test_a_source_that_is_cut_off_is_told_beside_steps_six_times_the_noise():
-    """Levels that stand near the edges of steps lift what is left by more than what is cut off does."""
-    cut, steps = Concealed("input_clipping", {"upper": 7.97}), Concealed("adc_quantisation", {"lsb": LSB})
+@pytest.mark.parametrize(("lsb", "upper"), [(LSB, 7.97), (2.0 * LSB, 7.97), (LSB, 7.8)])
+def test_a_source_that_is_cut_off_is_told_beside_steps_six_and_twelve_times_the_noise(lsb, upper):
+    """What is left is the noise then; with one figure for all of twelve times it was 0.70 of that.
+
+    What is cut off by more had passed for noise, before it was known, and would leave 0.79 of that.
+    """
+    cut, steps = Concealed("input_clipping", {"upper": upper}), Concealed("adc_quantisation", {"lsb": lsb})
     *seen, held_out = (recorded(RC, s, (cut, steps), 0.01, i, 3.0 * i, 8) for i, s in enumerate(PLAYED))
     told = explain(model_of(RC), seen, [held_out])
     assert sorted(effect.id for effect in told.effects) == ["adc_quantisation", "input_clipping"]
