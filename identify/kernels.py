@@ -226,7 +226,7 @@ def rounded(step: float, rows: Array, signal: Array, out: Array) -> None:
         s = signal[j] * per
         whole = np.floor(s + 0.5)
         part = s - whole + 0.5
-        i = min(int(part * last), last)
+        i = min(max(int(part * last), 0), last)  # an answer may have grown beyond all numbers
         t = part - i / last
         out[j] = step * (s + rows[i, 0] + t * (rows[i, 1] + t * (rows[i, 2] + t * rows[i, 3])))
 

@@ -24,3 +24,8 @@ def test_the_table_of_a_step_is_exact_to_a_ten_millionth_of_it(width: float) -> 
     edges = (np.arange(-20, 20) + 0.5) * LSB
     exact = LSB * (np.sum(ndtr((LEVELS[:, None] - edges) / (width * LSB)), axis=1) - 20.0)
     assert rounded_mean(LEVELS, LSB, width * LSB) == pytest.approx(exact, abs=1e-7 * LSB)
+
+
+def test_an_answer_that_is_no_number_is_none_behind_the_steps_either() -> None:
+    read = rounded_mean(np.array([np.nan, np.inf, -np.inf, 0.4 * LSB, 1e300]), LSB, 0.1 * LSB)
+    assert np.isfinite(read).tolist() == [False, False, False, True, True]
