@@ -12,10 +12,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from identify import innovation_kernels
+from identify import innovation_kernels as kernels
+from identify.derivatives.lanes import WIDTH
 from identify.discretise import Stepper
 from identify.trace import Array, Mask
 
+FEW = 3  # columns that take no longer one after the other
 System = tuple[Array, Array, Array, Array, float]
 
 
@@ -42,7 +44,7 @@ class Wander:
     def corrections(self) -> tuple[NDArray[np.float64], Array]:
         """Return how much an innovation corrects every state, (N, m), and its sd in noises, (N,), 0 where none is."""
         pulls, sizes = np.zeros((self.use.size, self.behind.order + 1)), np.zeros(self.use.size)
-        innovation_kernels.filtered(self.keeps, self.gains, *self.system, self.use, pulls, sizes)
+        kernels.filtered(self.keeps, self.gains, *self.system, self.use, pulls, sizes)
         return pulls, sizes
 
     @cached_property
@@ -57,16 +59,21 @@ def innovations(wander: Wander) -> Callable[[NDArray[np.float64], Mask], NDArray
 
     Values (n, ...) per noise, and which of them are in use, become those in use, white.
     """
-    (pulls, sizes), at, state = wander.corrections, 0, np.zeros((0, 0))
+    (pulls, sizes), at, states = wander.corrections, 0, np.empty((0, 0, 0))
 
     def run(values: NDArray[np.float64], use: Mask) -> NDArray[np.float64]:
-        nonlocal at, state
+        nonlocal at, states
         wide = np.ascontiguousarray(values.reshape(values.shape[0], -1))
-        if state.shape[1] != wide.shape[1]:
-            state = np.zeros((pulls.shape[1], wide.shape[1]))
+        (columns, order), abreast = (wide.shape[1], pulls.shape[1]), wide.shape[1] > FEW
+        if abreast:
+            wide = np.pad(wide, ((0, 0), (0, -columns % WIDTH)))
+        shape: tuple[int, ...] = (wide.shape[1] // WIDTH, order, WIDTH) if abreast else (order, columns)
+        if states.shape != shape:
+            states = np.zeros(shape)
         here, white = slice(at, at + wide.shape[0]), np.empty_like(wide)
-        innovation_kernels.followed(wander.keeps[here], *wander.system, pulls[here], sizes[here], wide, state, white)
+        follow: Callable[..., None] = kernels.followed_abreast if abreast else kernels.followed
+        follow(wander.keeps[here], *wander.system, pulls[here], sizes[here], wide, states, white)
         at = here.stop
-        return np.asarray(white.reshape(values.shape)[use])
+        return np.asarray(white[use, :columns].reshape(-1, *values.shape[1:]))
 
     return run

@@ -108,10 +108,11 @@ def _from_differences(
         if moved is not None:
             movers[name] = moved
     order = sorted(movers, key=lambda name: movers[name].last)  # those that begin together go together
-    order += [name for name in scales if name not in movers]  # what changes nothing: its rows stay zero
-    together = list(teams(chain, grid, [movers[name] for name in order if name in movers], shapes))
-    rows = _differences(chain, base, observation, slopes_on, together, len(order))
-    return Sensitivities(tuple(order.index(name) for name in scales), rows)
+    at = {name: i for i, name in enumerate(order)}
+    zero = [] if len(order) == len(scales) else [len(order)]  # one row, of all that changes nothing in this run
+    together = list(teams(chain, grid, [movers[name] for name in order], shapes))
+    rows = _differences(chain, base, observation, slopes_on, together, len(order) + len(zero))
+    return Sensitivities(tuple(at.get(name, len(order)) for name in scales), rows)
 
 
 def _differences(

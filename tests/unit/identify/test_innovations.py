@@ -66,9 +66,11 @@ def test_what_wanders_is_white_and_of_rms_one_behind_them():
     assert abs(float(np.mean(white[25:] * white[:-25]))) < 0.015
 
 
-def test_the_filter_goes_on_from_chunk_to_chunk_and_takes_columns_side_by_side():
+@pytest.mark.parametrize("columns", [1, 3, 4, 8, 19])
+def test_the_filter_goes_on_from_chunk_to_chunk_and_takes_columns_side_by_side(columns):
     rng = np.random.default_rng(3)
-    it, values = wander(rng), rng.standard_normal((SIZE, 3))
+    use = rng.random(SIZE) < 0.9
+    it, values = wander(rng, use), rng.standard_normal((SIZE, columns))
     whole, run = innovations(it)(values, it.use), whitening(Colour(wander=it))
     parts = [run(values[at], it.use[at]) for at in (slice(0, 7), slice(7, 250), slice(250, SIZE))]
     assert np.allclose(np.concatenate(parts), whole, rtol=1e-12, atol=1e-12)
