@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 
 from identify.candidates import candidates
+from identify.chain import Chain
 from identify.effects.hum import near_mains
 from identify.explain.anew import NO_CHANCE, line_anew
 from identify.explain.bench import Bench
@@ -14,8 +15,7 @@ from identify.explain.free_form import FirstFit, GoneOn
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import located
 from identify.explain.promise import promised
-from identify.explain.race import raced
-from identify.explain.round import FORETOLD, LOOKED_AT, Round, hopeful
+from identify.explain.round import FORETOLD, Round, hopeful
 from identify.explain.select import MOST_EFFECTS, Selected, selected
 from identify.explain.sought import distinct, finer
 from identify.explain.suspect import Suspect, is_fine, with_alike
@@ -24,11 +24,11 @@ from identify.stage import Place
 from identify.unnamed.correction import Correction
 from identify.unnamed.lines import OneLine
 
-HOPES = 4  # laws that are fitted to see whether one foretells what noise would be believed to have made
 CLOSELY = 2  # laws that are fitted to their end in the place of noise in front of the gap
 SCATTERED = 0.05  # of what is left, by which repeats differ at least where noise in front of the gap has made it
 CLEARLY = 3.0  # times what chance may hide in repeats, by which they differ at least where a law is held against it
 BEYOND = 30.0  # times what chance may hide in repeats, from which a mismatch that comes back is not made by it
+PART = 0.7  # of what repeats differ by, that the promise of a law leaves at most that foretells some: of noise, 0.99
 ALIKE = 0.02  # of a frequency, within which a line that few readings show is the same
 IN_FRONT = (Place.SOURCE, Place.G1)  # of F
 ANOTHER = ("mains lines", "clock time")  # coordinates of what is another whenever the same is played again
@@ -106,7 +106,7 @@ def foretells_all(bench: Bench, plain: Hypothesis) -> bool:
 
     def foretells(law: Correction, h: Hypothesis) -> bool:
         left = most if goes and _is_of(law, line_hz) else chance
-        return bool(np.all(differ(h.fit.chain, bench.observations)[0] <= left))
+        return bool(np.all(differ(h.fit.chain, bench.observations, plain.fit.chain)[0] <= left))
 
     return any(foretells(*pair) for pair in fitted)
 
@@ -138,17 +138,16 @@ def foretelling(bench: Bench) -> Bench:
 
 
 def foretold(bench: Bench, plain: Hypothesis) -> bool:
-    """Return whether a law foretells most of what repeats differ by: one may leave something of itself for the next.
+    """Return whether a law promises to foretell a good part of what repeats differ by, which of noise none does.
 
-    Only those that promise most are fitted: where noise has made what is left, all else would be for nothing.
+    All are asked, however little else one explains: what explains most may answer alike whenever the same is played.
     """
-    before = float(np.sum(changes(plain.fit.chain, bench.observations)[:, 0]))
-    evidence, kinds = bench.evidence(plain), foretelling(bench).kinds
-    worth = hopeful(candidates(evidence, kinds), len(bench.observations))[:LOOKED_AT]
-    hopes = [promised(evidence, c) for c in worth]
-    likely = raced(bench, plain, sorted(hopes, key=lambda p: -p.gain)[:HOPES])
-    left = (float(np.sum(changes(h.fit.chain, bench.observations)[:, 0])) for h in likely)
-    return any(before - rest > FORETOLD * before for rest in left)
+    def left(chain: Chain) -> float:
+        return float(np.sum(changes(chain, bench.observations, plain.fit.chain)[:, 0]))
+
+    before, evidence = left(plain.fit.chain), bench.evidence(plain)
+    worth = hopeful(candidates(evidence, foretelling(bench).kinds), len(bench.observations))
+    return any(left(promised(evidence, c).chain) < PART * before for c in worth)
 
 
 def _does_without(bench: Bench, without: Hypothesis, asked: float) -> bool:

@@ -208,19 +208,22 @@ def _misfit_of_repeats(chain: Chain, observations: Sequence[Observation]) -> tup
     return 0.0, 0.0
 
 
-def changes(chain: Chain, observations: Sequence[Observation]) -> Array:
+def changes(chain: Chain, observations: Sequence[Observation], plain: Chain | None = None) -> Array:
     """Return by how much repeats differ beyond the noise, chi-squared, and of how many values, shape (1 + slow, 2).
 
-    Of single readings first, then of means over ``SLOW_S``.
+    Of single readings first, then of means over ``SLOW_S``; of those that the ``plain`` chain answers alike, where it
+    is given: a law that makes repeats differ is not held against those alone that it leaves alike.
     """
-    sums = np.array([np.sum([_of_means(chain, o, s) for o in observations], axis=0) for s in (0.0, *SLOW_S)])
+    sums = np.array([np.sum([_of_means(chain, o, s, plain) for o in observations], axis=0) for s in (0.0, *SLOW_S)])
     return np.stack((sums[:, 1] - sums[:, 2], sums[:, 2]), axis=1)
 
 
-def _of_means(chain: Chain, observation: Observation, means_s: float) -> Array:
+def _of_means(
+    chain: Chain, observation: Observation, means_s: float, plain: Chain | None = None
+) -> Array:
     """Return the squares of means of a stretch and its repeat, those of their difference, and how many, shape (3,)."""
     size, found = max(round(means_s * observation.trace.rate_hz), 1), np.zeros(3)
-    for once, again, both in _compared(chain, observation):
+    for once, again, both in _compared(chain, observation, plain):
         at = np.flatnonzero(both)
         begins = np.arange(0, at.size - size + 1, size)
         if begins.size:
@@ -230,11 +233,16 @@ def _of_means(chain: Chain, observation: Observation, means_s: float) -> Array:
     return found
 
 
-def _compared(chain: Chain, observation: Observation) -> Iterator[tuple[Array, Array, Mask]]:
-    """Yield what is left of a stretch and of its repeat, and where the model answers both alike and both count."""
+def _compared(
+    chain: Chain, observation: Observation, plain: Chain | None = None
+) -> Iterator[tuple[Array, Array, Mask]]:
+    """Yield what is left of a stretch and of its repeat, and where the model answers both alike and both count.
+
+    Or where the ``plain`` one does, if it is given.
+    """
     residual = observation.residual(chain)
-    white = whitened(observation, residual)
-    for once, again, both in compared(observation, residual):
+    white, alike = whitened(observation, residual), residual if plain is None else observation.residual(plain)
+    for once, again, both in compared(observation, alike):
         yield white[once], white[again], both
 
 
