@@ -31,6 +31,7 @@ class SoftKnee(InsidePlay):
     )
     axis = "level of w"
     fingerprint = "rounded take-up at contact, at any rate"
+    quick = True
     places = (Place.F,)
     declared = (WIDTH,)
     absent: ClassVar = {"width": 0.0}

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from identify.candidates import candidates
 from identify.chain import plain_chain, simulate
 from identify.colour import Colour, whitening
 from identify.effects import catalogue
 from identify.evidence import Evidence
+from identify.explain.promise import promised
 from identify.fit import fit
 from identify.readings.coloured_noise import Coloured
 from identify.readings.spectra import lines_of, power_of
@@ -32,10 +34,10 @@ CONCEALED = (
 )
 
 
-def evidences(*physics):
+def evidences(*physics, played=PLAYED, noise_v=NOISE_V):
     """Return what all samples of a fitted recording tell, and what fewer do."""
-    traces = [recorded(OP_AMP, s, physics, NOISE_V, seed=3, start_s=9.0 * i) for i, s in enumerate(PLAYED)]
-    seen = [observed(trace, NOISE_V, 8) for trace in traces]
+    traces = [recorded(OP_AMP, s, physics, noise_v, seed=3, start_s=9.0 * i) for i, s in enumerate(played)]
+    seen = [observed(trace, noise_v, 8) for trace in traces]
     plain = fit(plain_chain(model_of(OP_AMP)), seen)
     return Evidence(plain, seen), Evidence(plain, thinned(plain, seen).observations)
 
@@ -57,6 +59,19 @@ def test_what_is_over_in_a_few_samples_is_looked_at_in_every_sample():
     assert looked_at.observations == every.observations
     assert looked_at.coarse is both
     assert both.seen_by(catalogue()["offset_drift"](Place.SENSE)) is both
+
+
+def test_a_knee_that_is_over_within_a_few_samples_is_looked_at_in_every_sample():
+    """Of what a knee of 10 mV changes means of three samples keep less than half, and it began too wide to be named."""
+    slow = (sine("slow", 4.0, 3.0, 2, 8), sine("sine", 10.0, 3.0, 4, 16), staircase("walk", FIG13_LEVELS_V, 0.02, 2))
+    values, kind = {"width": 0.01}, catalogue()["soft_knee"]
+    every, fewer = evidences(Concealed("soft_knee", values), played=slow, noise_v=0.001)
+    both, effect = Evidence(every.fitted, fewer.observations, every.observations), kind(Place.F)
+    assert every.gain(effect, values) > 300.0
+    assert fewer.gain(effect, values) < 0.5 * every.gain(effect, values)
+    begun = candidates(both, [kind])[0]
+    assert begun.values == pytest.approx(candidates(every, [kind])[0].values)
+    assert promised(both, begun).gain > 0.9 * every.gain(effect, values)
 
 
 def test_means_keep_the_noise_of_a_sample():
