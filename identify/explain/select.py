@@ -3,7 +3,7 @@
 Forward selection, then backward deletion: each round takes the best further effect if it pays for its parameters.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import inf
 
@@ -59,16 +59,21 @@ def selected(
         finer = bench.fine_enough(this.best)
         best = this.best if finer is bench else finer.fitted(this.best.fit.chain, this.best.effects)
         bench, best = finer, resettled(finer, best)
-        if number + 1 < most and _is_all(bench, start, best, number):
+        if number + 1 < most and _is_all(bench, start, best, rounds):
             break
     return bench, pruned(bench, best), rounds
 
 
-def _is_all(bench: Bench, start: Hypothesis, best: Hypothesis, number: int) -> bool:
-    """Return whether no law is looked for beside the best of a round: one thing is not two, and chance tells none."""
-    if (all_wanders(best, bench.observations) and not best.proven) or (number > 0 and best.swell > 1.0):
+def _is_all(bench: Bench, start: Hypothesis, best: Hypothesis, rounds: Sequence[Round]) -> bool:
+    """Return whether no law is looked for beside the best of a round: one thing is not two, and chance tells none.
+
+    Where two laws promise together all there is, they are looked at all the same.
+    """
+    if (all_wanders(best, bench.observations) and not best.proven) or (len(rounds) > 1 and best.swell > 1.0):
         return True
-    return told_by_one(bench, start, best)
+    first = rounds[0]
+    by_two = len(rounds) == 1 and any(pair.gain > first.base.chi2 - first.base.count for pair in first.pairs)
+    return not by_two and told_by_one(bench, start, best)
 
 
 def _settled(

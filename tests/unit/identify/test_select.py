@@ -15,12 +15,12 @@ from identify.explain.explain import prepared
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located, located
 from identify.explain.neighbours import resettled
-from identify.explain.promise import Promise
+from identify.explain.promise import Pair, Promise
 from identify.explain.prune import simplified
 from identify.explain.race import DECISIVE
 from identify.explain.rivals import odds
 from identify.explain.round import Round, lagging, outdone, ranked, richer, unforeseen
-from identify.explain.select import _belongs, _explainable, _hopeless, _settled, selected
+from identify.explain.select import _belongs, _explainable, _hopeless, _is_all, _settled, selected
 from identify.explain.suspect import Suspect
 from identify.fit import chi_squared
 from identify.holdout import split
@@ -606,6 +606,20 @@ def test_a_search_is_given_up_only_once_other_laws_had_their_turn(
     after, over = _settled(bench, base, this, [this], 0.4, 1.0)
     assert after.best is other
     assert over is ends
+
+
+@pytest.mark.parametrize(("together", "one"), [(0.9, True), (1.1, False)])
+def test_laws_that_promise_by_twos_all_there_is_are_looked_at_though_one_correction_tells_it_too(
+    bench: Bench, together: float, one: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A path past the circuit does nearly what feedthrough and a second play do."""
+    start = replace(bench.fitted(bench.plain, ()), chi2=1e7)
+    law = Promise(Candidate(BYPASS, {}, 0.0), start.fit.chain, 0.0)
+    first = Round(start, 0, (), pairs=(Pair(law, law, together * (start.chi2 - start.count)),))
+    monkeypatch.setattr("identify.explain.select.told_by_one", lambda *_: True)
+    monkeypatch.setattr("identify.explain.select.all_wanders", lambda *_: False)
+    assert _is_all(bench, start, start, [first]) is one
+    assert _is_all(bench, start, start, [first, first])
 
 
 @pytest.mark.parametrize(("swell", "laws"), [(1.0, 3), (4.0, 2)])
