@@ -2,8 +2,10 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache
+from math import inf
 
 import numpy as np
+from scipy.linalg import LinAlgError
 
 from identify.candidates import candidates
 from identify.chain import Chain
@@ -143,7 +145,11 @@ def foretold(bench: Bench, plain: Hypothesis) -> bool:
     All are asked, however little else one explains: what explains most may answer alike whenever the same is played.
     """
     def left(chain: Chain) -> float:
-        return float(np.sum(changes(chain, bench.observations, plain.fit.chain)[:, 0]))
+        try:
+            with np.errstate(over="ignore", invalid="ignore"):
+                return float(np.sum(changes(chain, bench.observations, plain.fit.chain)[:, 0]))
+        except (ValueError, ArithmeticError, LinAlgError):  # first order may promise what cannot be simulated
+            return inf
 
     before, evidence = left(plain.fit.chain), bench.evidence(plain)
     worth = hopeful(candidates(evidence, foretelling(bench).kinds), len(bench.observations))

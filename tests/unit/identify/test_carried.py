@@ -37,6 +37,7 @@ from identify.explain.carried import (
 from identify.explain.explain import _found, confirmed, explain, prepared
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located
+from identify.explain.promise import Promise
 from identify.explain.prune import pruned
 from identify.explain.readings import Look, read
 from identify.explain.rivals import _ahead
@@ -237,6 +238,15 @@ def test_what_explains_more_but_answers_alike_hides_no_law_that_foretells_what_r
     quiet_hum = Concealed("hum at G1", {"frequency": 60.12, "amplitude": 0.004, "third": 0.0, "fifth": 0.0})
     bench, plain, _ = begun(Concealed("source_pole", {"tau": 2e-4}), quiet_hum)
     assert foretold(bench.of_kinds(catalogue().values()), plain)
+
+
+def test_a_promise_that_cannot_be_simulated_foretells_nothing(noisy, monkeypatch):
+    bench, plain, _ = noisy
+    endless = plain.fit.chain.with_values({"G2.den.s2": 0.0})
+    with pytest.raises(ValueError, match="denominator"):
+        changes(endless, bench.observations)
+    monkeypatch.setattr("identify.explain.beside.promised", lambda evidence, found: Promise(found, endless, 1.0))
+    assert not foretold(bench, plain)
 
 
 def test_repeats_that_a_law_no_longer_answers_alike_are_held_against_it_all_the_same(noisy):
