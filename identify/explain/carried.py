@@ -118,9 +118,7 @@ def _mean(beside: Bench, found: Hypothesis) -> tuple[float, float]:
     return beside.without(found, law).chi2 - found.chi2, MEAN + SHARE * found.proven
 
 
-def differ(
-    chain: Chain, observations: Sequence[Observation], plain: Chain | None = None
-) -> tuple[Array, Array]:
+def differ(chain: Chain, observations: Sequence[Observation], plain: Chain | None = None) -> tuple[Array, Array]:
     """Return by how much repeats differ beyond the noise, and by how much chance would let them, chi-squared.
 
     Those that the ``plain`` chain answers alike, where it is given.

@@ -201,8 +201,7 @@ def _misfit_of_repeats(chain: Chain, observations: Sequence[Observation]) -> tup
     cannot be told. Only what the model answers alike is compared: a first repeat begins from rest, the next where it
     ended.
     """
-    for means_s in (0.0, *SLOW_S):
-        total, changed, count = np.sum([_of_means(chain, o, means_s) for o in observations], axis=0).tolist()
+    for total, changed, count in _of_all_means(chain, observations).tolist():
         if count and total - count > PROVEN * sqrt(2.0 * count):
             return changed - count, total - count
     return 0.0, 0.0
@@ -214,16 +213,20 @@ def changes(chain: Chain, observations: Sequence[Observation], plain: Chain | No
     Of single readings first, then of means over ``SLOW_S``; of those that the ``plain`` chain answers alike, where it
     is given: a law that makes repeats differ is not held against those alone that it leaves alike.
     """
-    sums = np.array([np.sum([_of_means(chain, o, s, plain) for o in observations], axis=0) for s in (0.0, *SLOW_S)])
-    return np.stack((sums[:, 1] - sums[:, 2], sums[:, 2]), axis=1)
+    _, changed, count = _of_all_means(chain, observations, plain).T
+    return np.stack((changed - count, count), axis=1)
 
 
-def _of_means(
-    chain: Chain, observation: Observation, means_s: float, plain: Chain | None = None
-) -> Array:
+def _of_all_means(chain: Chain, observations: Sequence[Observation], plain: Chain | None = None) -> Array:
+    """Return what ``_of_means`` does of single readings, then of means over ``SLOW_S``, shape (1 + slow, 3)."""
+    seen = [(o.trace.rate_hz, list(_compared(chain, o, plain))) for o in observations]
+    return np.array([np.sum([_of_means(pairs, s * rate) for rate, pairs in seen], axis=0) for s in (0.0, *SLOW_S)])
+
+
+def _of_means(pairs: Sequence[tuple[Array, Array, Mask]], samples: float) -> Array:
     """Return the squares of means of a stretch and its repeat, those of their difference, and how many, shape (3,)."""
-    size, found = max(round(means_s * observation.trace.rate_hz), 1), np.zeros(3)
-    for once, again, both in _compared(chain, observation, plain):
+    size, found = max(round(samples), 1), np.zeros(3)
+    for once, again, both in pairs:
         at = np.flatnonzero(both)
         begins = np.arange(0, at.size - size + 1, size)
         if begins.size:
