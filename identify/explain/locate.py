@@ -257,9 +257,11 @@ def _by_fewer(bench: Bench, start: Hypothesis, laws: Hypothesis) -> bool:
     single = [s.gain for s in bench.suspects_near(start, SAME * start.chi2)[1] if s.correction.single]
     if max(single, default=0.0) < MOSTLY * (start.chi2 - laws.chi2):
         return False
+    if explainable(bench.suspects(laws)) < BEHIND:
+        return False
     few = [h for h in first_fits(bench, start) if h.parameters - start.parameters < most]
     near = any(h.chi2 < laws.chi2 and h.misfit < h.noise_known for h in few)  # else a race is not worth what it takes
-    if not near or explainable(bench.suspects(laws)) < BEHIND or not (fitted := located(bench, start).fitted):
+    if not near or not (fitted := located(bench, start).fitted):
         return False
     best, found = min(fitted, key=lambda pair: pair[1].chi2)
     numbers = found.parameters - start.parameters + len(best.knots)
