@@ -219,6 +219,35 @@ def plus_curve(first: float, step: float, rows: Array, signal: Array, out: Array
 
 
 @njit(error_model="numpy", cache=True)
+def led(known: Array, past: int, steps: Array, out: Array) -> None:
+    """Write what ``known`` was, or going on straight will be, ``steps`` later than every instant from ``past`` on.
+
+    Steps need not be whole: between instants it is straight, and before its first it stays as it was there.
+    """
+    for j in range(out.size):
+        here, ahead = past + j, steps[j]
+        if ahead >= 0.0:
+            out[j] = known[here] + ahead * (known[here] - known[here - 1])
+        elif here + ahead > 0.0:
+            i = min(int(here + ahead), known.size - 2)  # a step may be nothing but rounding
+            out[j] = known[i] + (here + ahead - i) * (known[i + 1] - known[i])
+        else:
+            out[j] = known[0] if ahead < 0.0 else ahead
+
+
+@njit(error_model="numpy", cache=True)
+def plus_corners(corners: Array, sides: Array, jumps: Array, bends: Array, signal: Array, out: Array) -> None:
+    """Add to every value a jump and a bend for each of the corners that it is beyond, on that corner's side."""
+    for j in range(signal.size):
+        s, added = signal[j], 0.0
+        for k in range(corners.size):
+            above = s - corners[k]
+            if above * sides[k] > 0.0:
+                added += jumps[k] + bends[k] * above
+        out[j] = s + added
+
+
+@njit(error_model="numpy", cache=True)
 def rounded(step: float, rows: Array, signal: Array, out: Array) -> None:
     """Round every value to whole steps, on the mean: ``rows`` are the cubic pieces in which a step is rounded off."""
     last, per = rows.shape[0] - 1, 1.0 / step

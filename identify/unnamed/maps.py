@@ -98,14 +98,13 @@ class BrokenMap(OverLevel):
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal plus the jumps and bends."""
-        corners = zip(self.knots, self.outward, *self.split(values), strict=True)
-        used = [(c, side, jump * side, bend) for c, side, jump, bend in corners if jump or bend]
+        corners, sides, (jumps, bends) = np.array(self.knots), self.outward, self.split(values)
+        used = (jumps != 0.0) | (bends != 0.0)
+        corners, sides, jumps, bends = corners[used], sides[used], (jumps * sides)[used], bends[used]
 
         def run(block: Block) -> Array:
-            out = block.signal.copy()
-            for corner, side, step, bend in used:
-                above = block.signal - corner
-                out += np.where(above * side > 0.0, step + bend * above, 0.0)
+            out = np.empty_like(block.signal)
+            kernels.plus_corners(corners, sides, jumps, bends, block.signal, out)
             return out
 
         return run

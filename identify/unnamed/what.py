@@ -101,11 +101,9 @@ def led(lead_s: Run, grid: Grid) -> Run:
         before = np.full(past, block.signal[0]) if before is None else before
         known = np.concatenate([before, block.signal])
         before = known[-past:]
-        steps = lead_s(block) / grid.step_s
-        here = np.arange(past, known.size)
-        rate = known[past:] - known[past - 1 : -1]
-        was = np.interp(here + np.minimum(steps, 0.0), np.arange(known.size), known)
-        return np.asarray(was + np.maximum(steps, 0.0) * rate)
+        out = np.empty_like(block.signal)
+        kernels.led(known, past, lead_s(block) / grid.step_s, out)
+        return out
 
     return run
 

@@ -360,3 +360,25 @@ def test_the_best_cut_is_the_one_that_lowers_the_sum_of_squares_most(size, longe
         assert gains[count - 1] == pytest.approx(best, abs=1e-9)
         if best > 0.0:
             assert _latest(_gains(y, answer, use, count)) == k[int(np.argmax(sums))]
+
+
+def test_what_comes_sooner_or_later_goes_on_straight_and_was_straight_between() -> None:
+    """Against numpy's interpolation of the past, and the last slope for what is ahead; 40 steps ago none is known."""
+    rng, past = np.random.default_rng(6), 30
+    known = rng.standard_normal(1030).cumsum()
+    steps = np.concatenate([[-40.0, -np.inf, np.nan], rng.uniform(-29.0, 5.0, 995), [0.0, -1e-18]])
+    out = np.full(steps.size, 7.0)
+    kernels.led(known, past, steps, out)
+    here, slope = np.arange(past, known.size), known[past:] - known[past - 1 : -1]
+    was = np.interp(here + np.minimum(steps, 0.0), np.arange(known.size), known)
+    expected = was + np.maximum(steps, 0.0) * slope
+    assert out == pytest.approx(expected, abs=1e-12, nan_ok=True)
+    assert out[[0, 1, -2, -1]].tolist() == [*known[[0, 0]], *known[-2:]]
+
+
+def test_a_value_has_the_jump_and_the_bend_of_every_corner_it_is_beyond() -> None:
+    signal, out = np.array([-3.0, -1.0, 0.0, 2.0, 2.5, np.nan]), np.empty(6)
+    corners, sides, jumps, bends = np.array([2.0, -1.0]), np.array([1.0, -1.0]), np.array([10.0, 4.0]), np.ones(2)
+    kernels.plus_corners(corners, sides, jumps, bends, signal, out)
+    assert out[:-1].tolist() == [-3.0 + 4.0 - 2.0, -1.0, 0.0, 2.0, 2.5 + 10.0 + 0.5]
+    assert np.isnan(out[-1])
