@@ -47,6 +47,7 @@ from identify.observe import over_noise, pooled_rms
 from identify.uncertainty.inflation import inflation
 from identify.unnamed.correction import UNNAMED, Correction
 from identify.unnamed.linear import Filter
+from identify.unnamed.timed import Moments
 
 CHANCE = 0.5  # share of what is left on held-out data, from which it is called chance
 TO_THE_NOISE = 1.1  # a held-out residual below this many times the noise counts as explained
@@ -290,4 +291,5 @@ class Answer:
         if self.proof is None and not self.beyond.significant:
             return f"Held-out runs differ by {times}, the others agree: they show something the others do not excite."
         law = f"; an unnamed law at {self.beyond.place.label} brings that to {after}" if self.proof else ""
-        return f"The recordings differ from the simulation by {times}, and no known physics explains it{law}."
+        by = f"at single moments, by {times} in all" if isinstance(self.beyond.best, Moments) else f"by {times}"
+        return f"The recordings differ from the simulation {by}, and no known physics explains it{law}."

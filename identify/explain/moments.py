@@ -5,18 +5,21 @@ gone once F has stood at a border for a while: there it remembers nothing. So do
 F, and stays as it is while F rests.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import log
+from math import log, sqrt
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identify.blocks import Play
+from identify.chain import Chain
+from identify.discretise import Matrix
 from identify.evidence import Evidence
 from identify.explain.contact import forgetting, resting
 from identify.explain.corrections import free_name, slowest_s
-from identify.explain.wander import MOSTLY, unrepeated, whitened
+from identify.explain.wander import MOSTLY, PROVEN, compared, unrepeated, whitened
 from identify.observe import Observation
 from identify.stage import Place
 from identify.trace import Array, Mask
@@ -34,35 +37,62 @@ STEP_S = 0.02  # the window whose mean says where the reading rests
 SELDOM = 0.1  # of the mean square speed at which what is left changes while F moves: at rest it stays as it is
 SURE = 6.0  # standard deviations of noise, from which it changes
 STEPS, MOVES = 20, 5  # from window to window, at rest and with a move between them, that tell so
+COMES_BACK = 0.5  # of what is left in a window, from which a repeat that is off as far has it, too
+CHANCE = 0.05  # that no burst of so many is where F rests
 LAGS = 5.0  # times the slowest lag, after which what F remembered has passed
 
 Table = OffsetOverClock | GainOverClock | LeadOverClock
+Wandering = tuple[Correction, Array, dict[str, float], float]  # with squares, values, and looks as a suspect has them
 
 
-def wandering(evidence: Evidence) -> Iterator[tuple[Correction, Array, dict[str, float], float]]:
+def wandering(evidence: Evidence) -> Iterator[Wandering]:
     """Yield tables over the clock as fine as windows, with the square the data give each and its values.
 
     Of an offset, and of the gain and the delay of the reading; and one of single moments, zero everywhere else, with
-    the log of among how many like it it was chosen. Nothing where the mismatch comes back with the stimulus or nothing
-    was repeated.
+    the log of among how many like it it was chosen: that alone where all together is no more than noise, and no repeat
+    has it, too. Nothing where the mismatch comes back with the stimulus or nothing was repeated.
     """
-    if unrepeated(evidence.chain, evidence.observations) < MOSTLY:
+    name, left = free_name(evidence.chain), [_Left(o, evidence.chain, evidence.sample_s) for o in evidence.observations]
+    at, mean, squares = _all_windows(left, BURST_S, OffsetOverClock)
+    bursts = squares > BURST + 2.0 * log(max(squares.size, 1))
+    if unrepeated(evidence.chain, evidence.observations) >= MOSTLY:
+        place = where(evidence)
+        yield from _tables(left, place, name)
+    elif _is_noise(left) and np.any(bursts):
+        bursts &= np.concatenate([_alone(each) for each in left])
+        place = _where_at(np.concatenate([_rests(each) for each in left]), bursts)
+    else:
         return
-    place, name = where(evidence), free_name(evidence.chain)
-    tables: list[tuple[type[Table], Place, float]] = [(OffsetOverClock, place, each) for each in (*WINDOWS_S, BURST_S)]
-    tables += [(kind, Place.SENSE, each) for kind in (GainOverClock, LeadOverClock) for each in WINDOWS_S[1:]]
-    left = [_Left(o, o.residual(evidence.chain), evidence.sample_s) for o in evidence.observations]
-    for kind, there, window_s in tables:
-        parts = [_windows(each, window_s, kind) for each in left]
-        at, mean, squares = (np.concatenate([part[i] for part in parts]) for i in range(3))
-        knots, looks = tuple(at.tolist()), 0.0
-        correction: Correction = kind(there, knots, name)
-        if window_s == BURST_S:
-            bursts = squares > BURST + 2.0 * log(squares.size)
-            correction, mean, squares = Moments(place, knots, name), np.where(bursts, mean, 0.0), squares[bursts]
-            looks = squares.size * (1.0 + log(at.size / max(squares.size, 1)))
-        values = dict(zip((p.name for p in correction.parameters()), mean.tolist(), strict=True))
-        yield correction, squares, values, looks
+    found, mean = squares[bursts], np.where(bursts, mean, 0.0)
+    looks = found.size * (1.0 + log(at.size / max(found.size, 1)))
+    yield _table(Moments(place, tuple(at.tolist()), name), mean, found, looks)
+
+
+def _tables(left: Sequence["_Left"], place: Place, name: str) -> Iterator[Wandering]:
+    """Yield those of an offset that came in at a place, of the gain and of the delay of the reading."""
+    kinds: list[tuple[type[Table], Place, float]] = [(OffsetOverClock, place, each) for each in WINDOWS_S]
+    kinds += [(kind, Place.SENSE, each) for kind in (GainOverClock, LeadOverClock) for each in WINDOWS_S[1:]]
+    for kind, there, window_s in kinds:
+        at, mean, squares = _all_windows(left, window_s, kind)
+        yield _table(kind(there, tuple(at.tolist()), name), mean, squares)
+
+
+def _table(correction: Correction, weights: Array, squares: Array, looks: float = 0.0) -> Wandering:
+    """Return a table with its weights by name."""
+    names = (p.name for p in correction.parameters())
+    return correction, squares, dict(zip(names, weights.tolist(), strict=True)), looks
+
+
+def _is_noise(left: Sequence["_Left"]) -> bool:
+    """Return whether what is left of all runs together is no more than noise may leave."""
+    beyond, count = sum(float(each.white @ each.white) for each in left), sum(each.observation.count for each in left)
+    return beyond - count < PROVEN * sqrt(2.0 * count)
+
+
+def _where_at(rests: Mask, bursts: Mask) -> Place:
+    """Return F for so many bursts in windows in which it moves that chance would have put one where it ``rests``."""
+    by_chance = float(np.mean(~rests)) ** int(np.count_nonzero(bursts))
+    return Place.F if by_chance < CHANCE and not np.any(rests & bursts) else Place.SENSE
 
 
 def where(evidence: Evidence) -> Place:
@@ -116,8 +146,22 @@ class _Left:
     """What a chain leaves of one run, V, shape (N,)."""
 
     observation: Observation
-    residual: Array
+    chain: Chain
     sample_s: float
+
+    @cached_property
+    def residual(self) -> Array:
+        """Return it."""
+        return self.observation.residual(self.chain)
+
+    @cached_property
+    def beside(self) -> Matrix:
+        """Return what is left, per noise, of the repeats before and after every sample, shape (2, N): NaN of none."""
+        found = np.full((2, self.white.size), np.nan)
+        for once, again, both in compared(self.observation, self.residual):
+            found[0, again] = np.where(both, self.white[once], np.nan)
+            found[1, once] = np.where(both, self.white[again], np.nan)
+        return found
 
     @cached_property
     def white(self) -> Array:
@@ -129,6 +173,14 @@ class _Left:
         """Return what the chain answers, V."""
         return np.asarray(self.observation.trace.y - self.residual)
 
+    def size(self, window_s: float) -> int:
+        """Return the samples of a window."""
+        return max(round(window_s / self.sample_s), 1)
+
+    def windows(self, window_s: float) -> NDArray[np.intp]:
+        """Return the number of the window that every sample is in, shape (N,)."""
+        return np.asarray(np.arange(self.observation.use.size) // self.size(window_s), dtype=np.intp)
+
     def shape(self, kind: type[Table]) -> Array:
         """Return what a weight of a table adds to the answer."""
         if kind is LeadOverClock:
@@ -136,24 +188,47 @@ class _Left:
         return self.answer if kind is GainOverClock else np.ones(self.residual.size)
 
 
-def _windows(left: _Left, window_s: float, kind: type[Table]) -> tuple[Array, Array, Array]:
+def _alone(left: _Left) -> Mask:
+    """Return which windows have a repeat beside them that tells, and none that is off by as much as half of theirs."""
+    number, kept = left.windows(BURST_S), _windows(left, BURST_S, OffsetOverClock)[3]
+    own, *others = (np.bincount(number, row) for row in (left.white, *left.beside))
+    seen = np.any([np.isfinite(other) for other in others], axis=0)
+    comes_back = np.any([np.abs(other) > COMES_BACK * np.abs(own) for other in others], axis=0)
+    return np.asarray((seen & ~comes_back)[kept])
+
+
+def _rests(left: _Left) -> Mask:
+    """Return the windows in all of which F rests."""
+    number, kept = left.windows(BURST_S), _windows(left, BURST_S, OffsetOverClock)[3]
+    return np.asarray((np.bincount(number, ~resting(left.chain, left.observation)) == 0)[kept])
+
+
+def _all_windows(left: Sequence[_Left], window_s: float, kind: type[Table]) -> tuple[Array, Array, Array]:
+    """Return what ``_windows`` does of all runs, in a row."""
+    parts = [_windows(each, window_s, kind) for each in left]
+    at, mean, squares = (np.concatenate([part[i] for part in parts]) for i in range(3))
+    return at, mean, squares
+
+
+def _windows(left: _Left, window_s: float, kind: type[Table]) -> tuple[Array, Array, Array, Mask]:
     """Return the middle of every window on the clock, the weight of a table there, and the square the data give it.
+
+    And which of all windows these are.
 
     Where the signal hardly moves in one, nothing is told of a delay, nor of a gain where it is hardly there. The noise
     is that within the windows where it is larger than what was told of it. Noise that hangs together wanders by itself:
     what is weighed is made white.
     """
     use, shape = left.observation.use, left.shape(kind)
-    size = max(round(window_s / left.sample_s), 1)
-    number = np.arange(use.size) // size
+    number = left.windows(window_s)
     told = np.bincount(number, np.where(use, np.square(shape), 0.0))
     each = np.maximum(told, 1e-300)
     off = np.bincount(number, np.where(use, shape * left.residual, 0.0)) / each
     level = np.bincount(number, shape * left.white) / each
-    middle = left.observation.trace.start_s + (np.arange(told.size) + 0.5) * size * left.sample_s
+    middle = left.observation.trace.start_s + (np.arange(told.size) + 0.5) * left.size(window_s) * left.sample_s
     kept = told > FAINT * float(np.mean(told))
     scatter = np.where(use, np.square(left.white - shape * level[number]), 0.0)
     free = max(left.observation.count - int(np.sum(kept)), 1)
     noise2 = max(float(np.sum(scatter)) / free, 1.0)
     squares = told * np.square(level) / noise2
-    return np.asarray(middle[kept], dtype=np.float64), off[kept], np.asarray(squares[kept], dtype=np.float64)
+    return np.asarray(middle[kept], dtype=np.float64), off[kept], np.asarray(squares[kept], dtype=np.float64), kept
