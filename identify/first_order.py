@@ -19,6 +19,7 @@ from identify.trace import Array, Mask
 
 Cube = NDArray[np.float64]  # of three axes
 ALL = slice(None)
+AT_ONCE = 1 << 13  # samples of which some rows stay in the near cache
 ALIKE = 1e-12  # of the information of a parameter: by less than that rounding may be told apart from another's
 FARTHEST = 0.5  # of a search coordinate, that a fitted parameter is moved to first order
 
@@ -127,8 +128,18 @@ class FirstOrder(ABC):
 
     def products_of(self, rows: Matrix, part: slice = ALL) -> Products:
         """Return the products of rows with themselves, the residual and the slopes; rows of a ``part`` of all samples.
+
+        Stretch by stretch: what is in the near cache is multiplied by all it is asked for before the next is fetched.
         """
-        return Products(rows @ rows.T, rows @ self.residual[part], self.slopes[:, part] @ rows.T)
+        residual, slopes = self.residual[part], self.slopes[:, part]
+        square, along, mimic = np.zeros((len(rows), len(rows))), np.zeros(len(rows)), np.zeros((len(slopes), len(rows)))
+        for at in range(0, rows.shape[1], AT_ONCE):
+            there = slice(at, at + AT_ONCE)
+            some = rows[:, there]
+            square += some @ some.T
+            along += some @ residual[there]
+            mimic += slopes[:, there] @ some.T
+        return Products(square, along, mimic)
 
     def less_plain(self, products: Products, made: Array | float = 0.0) -> tuple[Matrix, Array]:
         """Return curvature and slope of chi-squared's fall along rows less what the fitted parameters mimic.
