@@ -21,7 +21,7 @@ from identify.explain.round import FORETOLD, Round, hopeful
 from identify.explain.select import MOST_EFFECTS, Selected, selected
 from identify.explain.sought import distinct, finer
 from identify.explain.suspect import Suspect, is_fine, with_alike
-from identify.explain.wander import changes, unrepeated
+from identify.explain.wander import MOSTLY, changes, unrepeated
 from identify.stage import Place
 from identify.unnamed.correction import Correction
 from identify.unnamed.lines import OneLine
@@ -41,12 +41,17 @@ Note = Callable[[str, float], None]
 def selected_either(bench: Bench, plain: Hypothesis, note: Note, may_wander: bool) -> Selected:
     """Select what is missing; beside noise in front of the gap where no law without it explains all, as well as that.
 
-    What is foretold is believed before what acts by chance. Where that wins a round, it is asked at once whether the
-    noise is there; where it is found all the same and ratchets nothing, what is missing is selected without it. Where
-    next to all that is left comes back with every repeat, it is not asked.
+    What is foretold is believed before what acts by chance. Where that wins a round, or most of what a winner leaves
+    is another in every repeat, it is asked at once whether the noise is there; where it is found all the same and
+    ratchets nothing, what is missing is selected without it. Where next to all that is left comes back with every
+    repeat, it is not asked.
     """
     asked = cache(lambda: selected_beside(bench, plain, note) if may_wander else None)
-    found = selected(bench, plain, note, by_chance=asked)
+
+    def instead(there: Bench, best: Hypothesis) -> Selected | None:
+        return asked() if best.effects[-1].by_chance or wanders(there, best) else None
+
+    found = selected(bench, plain, note, by_chance=instead)
     by_chance = any(effect.by_chance for effect in found[1].effects)
     beside = asked() if by_chance or _scattered(*found[:2]) else None
     if by_chance and beside is None and not ratchets(*found[:2]):
@@ -54,6 +59,12 @@ def selected_either(bench: Bench, plain: Hypothesis, note: Note, may_wander: boo
     if beside is None or (not by_chance and price(*found[:2]) < price(*beside[:2])):
         return found
     return beside
+
+
+def wanders(bench: Bench, best: Hypothesis) -> bool:
+    """Return whether most of what is left is another in every repeat, and no law promises to foretell much of it."""
+    may = any(kind.by_chance for kind in bench.kinds) and unrepeated(best.fit.chain, bench.observations) > MOSTLY
+    return may and not foretold(bench, best)
 
 
 def _scattered(bench: Bench, found: Hypothesis) -> bool:

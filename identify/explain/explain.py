@@ -16,9 +16,9 @@ from identify.explain.beside import (
     comes_back,
     foretelling,
     foretells_all,
-    foretold,
     selected_beside,
     selected_either,
+    wanders,
 )
 from identify.explain.carried import alike_weighed, scatters_so
 from identify.explain.confirm import CERTAIN_FALL, CONVINCING, adapted, improvement, unconfirmed, would_tell
@@ -45,7 +45,6 @@ from identify.explain.scattered import scattered
 from identify.explain.select import Selected, selected
 from identify.explain.survey import surveyed
 from identify.explain.suspect import is_fine
-from identify.explain.wander import MOSTLY, unrepeated
 from identify.explain.warrant import Warranted, warranted
 from identify.holdout import Split
 from identify.model import Model
@@ -139,12 +138,12 @@ def _found(readings: Readings, note: Note, look: Look) -> Selected | Look:
     bench, plain = readings.bench, readings.plain
     if comes_back(bench, plain) or foretells_all(bench, plain) or scattered(bench, plain):
         bench = foretelling(bench)
-    wanders = unrepeated(plain.fit.chain, bench.observations) > MOSTLY and not foretold(bench, plain)
-    beside = selected_beside(bench, plain, note) if wanders else None
+    at_once = wanders(bench, plain)
+    beside = selected_beside(bench, plain, note) if at_once else None
     noisy = suspected(readings, look.leave_out) if look.against is None and beside is None else 0.0
     if noisy and selected(bench, plain, note, 1)[1].advantage(plain) < noisy:
         return replace(look, against=plain.fit.chain)
-    bench, final, rounds = beside or selected_either(bench, plain, note, not wanders)
+    bench, final, rounds = beside or selected_either(bench, plain, note, not at_once)
     final = resettled(bench, final)
     if look.against is not None or bench.carried:
         return bench, final, rounds

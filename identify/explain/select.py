@@ -25,16 +25,17 @@ STUCK = 0.1  # share of what an effect explains that the plain model explains as
 
 Note = Callable[[str, float], None]
 Selected = tuple[Bench, Hypothesis, list[Round]]
+ByChance = Callable[[Bench, Hypothesis], Selected | None]
 
 
 def selected(
     bench: Bench, start: Hypothesis, note: Note, most: int = MOST_EFFECTS,
-    by_chance: Callable[[], Selected | None] | None = None,
+    by_chance: ByChance | None = None,
 ) -> Selected:  # fmt: skip
     """Add effects one by one, ``most`` at most, while each pays for itself, then drop those made superfluous by others.
 
-    Returns the bench on the grids the winner needs, the winner, and what every round considered. Once what acts
-    ``by_chance`` wins a round, what that returns, if anything: first order foresees the mean of it alone.
+    Returns the bench on the grids the winner needs, the winner, and what every round considered. What ``by_chance``
+    makes of the winner of a round is returned instead, if anything.
     """
     best, rounds = start, list[Round]()
     for number in range(most):
@@ -46,8 +47,7 @@ def selected(
         if plain is not None:
             best, (bench, this) = plain, decided(bench, bench.round(plain))
         start = start if best.effects else this.base
-        other = by_chance() if by_chance and this.best and this.best.effects[-1].by_chance else None
-        if other is not None:
+        if by_chance and this.best and (other := by_chance(bench, this.best)) is not None:
             return other
         this, ends = _settled(bench, start, this, rounds, part, least)
         if ends and this.best is not None:

@@ -451,6 +451,29 @@ def test_where_noise_wins_a_round_it_is_asked_at_once_whether_it_is_there(noisy,
     assert len(asked) == 1
 
 
+@pytest.mark.parametrize(("share", "promised", "times"), [(0.9, False, 1), (0.9, True, 0), (0.3, False, 0)])
+def test_noise_is_asked_at_once_where_most_of_what_a_law_leaves_is_another_in_every_repeat(
+    share, promised, times, noisy, monkeypatch
+):
+    """Beside rails, a second round was raced for half a minute before noise won it. Not where a law foretells it."""
+    bench, plain, _ = noisy
+    path = catalogue()["feedthrough"](Place.SENSE)
+    found, asked = (bench, plain, []), []
+    monkeypatch.setattr("identify.explain.beside.selected_beside", lambda *those: asked.append(those) or found)
+    monkeypatch.setattr("identify.explain.beside.unrepeated", lambda chain, observations: share)
+    monkeypatch.setattr("identify.explain.beside.foretold", lambda *those: promised)
+    won = replace(plain, effects=(path,), chi2=0.5 * plain.chi2)
+    monkeypatch.setattr(Bench, "round", lambda self, base, least=0.0: Round(base, 1, () if base is won else (won,)))
+    monkeypatch.setattr("identify.explain.select._unended", lambda *those: None)
+    monkeypatch.setattr("identify.explain.select.exchanged", lambda *those: None)
+    monkeypatch.setattr("identify.explain.select._is_all", lambda *those: True)
+    monkeypatch.setattr("identify.explain.select.resettled", lambda bench, best: best)
+    monkeypatch.setattr("identify.explain.select.pruned", lambda bench, best: best)
+    monkeypatch.setattr("identify.explain.beside._scattered", lambda *those: False)
+    assert (selected_either(bench, plain, quiet, may_wander=True) is found) is bool(times)
+    assert len(asked) == times
+
+
 def test_names_beside_noise_are_held_against_corrections_beside_that_noise(noisy, beside, monkeypatch):
     """Whether the noise is there was asked before; a name that is not earned leaves it."""
     weighed, base = beside
