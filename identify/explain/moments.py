@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from identify.blocks import Play
 from identify.chain import Chain
 from identify.discretise import Matrix
+from identify.effects.effect import Effect
 from identify.evidence import Evidence
 from identify.explain.contact import forgetting, resting
 from identify.explain.corrections import free_name, slowest_s
@@ -49,8 +50,9 @@ def wandering(evidence: Evidence) -> Iterator[Wandering]:
     """Yield tables over the clock as fine as windows, with the square the data give each and its values.
 
     Of an offset, and of the gain and the delay of the reading; and one of single moments, zero everywhere else, with
-    the log of among how many like it it was chosen: that alone where all together is no more than noise, and no repeat
-    has it, too. Nothing where the mismatch comes back with the stimulus or nothing was repeated.
+    the log of among how many like it it was chosen: that alone where all together is no more than noise, no repeat has
+    it, too, and nothing acts by chance. Nothing where the mismatch comes back with the stimulus or nothing was
+    repeated.
     """
     name, left = free_name(evidence.chain), [_Left(o, evidence.chain, evidence.sample_s) for o in evidence.observations]
     at, mean, squares = _all_windows(left, BURST_S, OffsetOverClock)
@@ -58,7 +60,7 @@ def wandering(evidence: Evidence) -> Iterator[Wandering]:
     if unrepeated(evidence.chain, evidence.observations) >= MOSTLY:
         place = where(evidence)
         yield from _tables(left, place, name)
-    elif _is_noise(left) and np.any(bursts):
+    elif np.any(bursts) and _is_noise(left) and not _by_chance(evidence.chain):
         bursts &= np.concatenate([_alone(each) for each in left])
         place = _where_at(np.concatenate([_rests(each) for each in left]), bursts)
     else:
@@ -81,6 +83,11 @@ def _table(correction: Correction, weights: Array, squares: Array, looks: float 
     """Return a table with its weights by name."""
     names = (p.name for p in correction.parameters())
     return correction, squares, dict(zip(names, weights.tolist(), strict=True)), looks
+
+
+def _by_chance(chain: Chain) -> bool:
+    """Return whether physics in a chain acts by chance, and makes moments that no repeat has, too."""
+    return any(isinstance(physics, Effect) and physics.by_chance for physics in chain.added)
 
 
 def _is_noise(left: Sequence["_Left"]) -> bool:

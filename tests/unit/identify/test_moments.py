@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identify.effects import chain_of
+from identify.effects import catalogue, chain_of
 from identify.explain.bench import Bench
 from identify.explain.locate import Located, located
+from identify.explain.moments import wandering
 from identify.explain.wander import PROVEN
 from identify.stage import Place
 from identify.trace import Step, Trace
@@ -29,9 +30,14 @@ def recordings(*physics: Concealed) -> list[Trace]:
     return [replace(trace, steps=played) for trace, played in zip(made, steps, strict=True)]
 
 
+def bench_of(traces: Sequence[Trace]) -> Bench:
+    """Return the bench of recordings."""
+    return Bench(chain_of(model_of(OP_AMP)), tuple(observed(trace, NOISE_V, 1) for trace in traces), (), ())
+
+
 def found(traces: Sequence[Trace]) -> Located:
     """Return what is located, of a mismatch that is no more than noise on the whole."""
-    bench = Bench(chain_of(model_of(OP_AMP)), tuple(observed(trace, NOISE_V, 1) for trace in traces), (), ())
+    bench = bench_of(traces)
     plain = bench.fitted(bench.plain, ())
     assert plain.chi2 - plain.count < PROVEN * np.sqrt(2.0 * plain.count)
     return located(bench, plain)
@@ -71,6 +77,14 @@ def test_what_every_repeat_has_is_no_moment() -> None:
 def test_what_has_no_repeat_beside_it_may_be_the_stimulus() -> None:
     walk, wave = recordings()
     assert not found([walk, replace(touched(wave, 6200), steps=())]).significant
+
+
+def test_beside_what_acts_by_chance_a_moment_may_be_of_its_making() -> None:
+    walk, wave = recordings()
+    bench, noise = bench_of([walk, touched(wave, 6200)]), catalogue()["process_noise"](Place.G1, "white")
+    shaken = noise.put_in(bench.plain, {"sd": 1e-9})
+    told = [list(wandering(bench.evidence(bench.fitted(chain, (), 0)).fine)) for chain in (bench.plain, shaken)]
+    assert [len(each) for each in told] == [1, 0]
 
 
 def test_so_many_moments_that_none_is_where_f_rests_are_of_f() -> None:
