@@ -171,10 +171,12 @@ def test_it_is_one_thing_where_a_correction_of_no_more_numbers_leaves_nothing_an
     promise = Suspect(Giving(Place.F, knots), np.ones(1), np.array([start.chi2 - found.chi2]), {})
     monkeypatch.setattr(Bench, "suspects_near", lambda *_: (start.chi2, [promise]))
     monkeypatch.setattr(Bench, "suspects", lambda _, asked: [rest] if beside or asked is laws else [])
-    monkeypatch.setattr("identify.explain.locate.first_fits", lambda *_: [found])
+    fits: list[int] = []
+    monkeypatch.setattr("identify.explain.locate.first_fits", lambda *_: fits.append(1) or [found])
     told = Located(start, ((Giving(Place.F, knots), found),), 0.0)
     monkeypatch.setattr("identify.explain.locate.located", lambda *_: told)
     assert told_by_one(on, start, laws) is one
+    assert bool(fits) is (left > BEHIND)  # where laws leave nothing, nothing is fitted to see
     monkeypatch.setattr(Bench, "suspects_near", lambda *_: (start.chi2, [rest]))
     assert not told_by_one(on, start, laws)  # no law of one lag promises that much: nothing is fitted to see
 
