@@ -55,13 +55,15 @@ def wandering(evidence: Evidence) -> Iterator[Wandering]:
     repeated.
     """
     name, left = free_name(evidence.chain), [_Left(o, evidence.chain, evidence.sample_s) for o in evidence.observations]
+    differs = unrepeated(evidence.chain, evidence.observations) >= MOSTLY
+    if not differs and (_by_chance(evidence.chain) or not _is_noise(left)):
+        return
     at, mean, squares = _all_windows(left, BURST_S, OffsetOverClock)
     bursts = squares > BURST + 2.0 * log(max(squares.size, 1))
-    if unrepeated(evidence.chain, evidence.observations) >= MOSTLY:
+    if differs:
         place = where(evidence)
         yield from _tables(left, place, name)
-    elif np.any(bursts) and _is_noise(left) and not _by_chance(evidence.chain):
-        bursts &= np.concatenate([_alone(each) for each in left])
+    elif np.any(bursts) and np.any(bursts := bursts & np.concatenate([_alone(each) for each in left])):
         place = _where_at(np.concatenate([_rests(each) for each in left]), bursts)
     else:
         return
