@@ -63,8 +63,8 @@ def selected_either(bench: Bench, plain: Hypothesis, note: Note, may_wander: boo
 
 def wanders(bench: Bench, best: Hypothesis) -> bool:
     """Return whether most of what is left is another in every repeat, and no law promises to foretell much of it."""
-    may = any(kind.by_chance for kind in bench.kinds) and unrepeated(best.fit.chain, bench.observations) > MOSTLY
-    return may and not foretold(bench, best)
+    differs = _tries_chance(bench) and unrepeated(best.fit.chain, bench.observations) > MOSTLY
+    return differs and not foretold(bench, best)
 
 
 def _scattered(bench: Bench, found: Hypothesis) -> bool:
@@ -102,7 +102,7 @@ def foretells_all(bench: Bench, plain: Hypothesis) -> bool:
     other law may where repeats differ so clearly that few weights cannot follow noise. It is not asked where nothing
     that acts by chance is tried.
     """
-    if not any(kind.by_chance for kind in bench.kinds):
+    if not _tries_chance(bench):
         return False
     before, chance = differ(plain.fit.chain, bench.observations)
     if not np.any(before > chance):
@@ -143,6 +143,11 @@ def comes_back(bench: Bench, plain: Hypothesis) -> bool:
     before, chance = differ(plain.fit.chain, bench.observations)
     hidden = float(np.max(chance))
     return hidden > 0.0 and plain.proven > BEYOND * hidden and not np.any(before > chance)
+
+
+def _tries_chance(bench: Bench) -> bool:
+    """Return whether anything that acts by chance is tried."""
+    return any(kind.by_chance for kind in bench.kinds)
 
 
 def foretelling(bench: Bench) -> Bench:

@@ -5,7 +5,7 @@ gone once F has stood at a border for a while: there it remembers nothing. So do
 F, and stays as it is while F rests.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import log, sqrt
@@ -20,7 +20,7 @@ from identify.effects.effect import Effect
 from identify.evidence import Evidence
 from identify.explain.contact import forgetting, resting
 from identify.explain.corrections import free_name, slowest_s
-from identify.explain.wander import MOSTLY, PROVEN, compared, unrepeated, whitened
+from identify.explain.wander import MOSTLY, PROVEN, compared, left_beyond, unrepeated, whitened
 from identify.observe import Observation
 from identify.stage import Place
 from identify.trace import Array, Mask
@@ -56,15 +56,15 @@ def wandering(evidence: Evidence) -> Iterator[Wandering]:
     """
     name, left = free_name(evidence.chain), [_Left(o, evidence.chain, evidence.sample_s) for o in evidence.observations]
     differs = unrepeated(evidence.chain, evidence.observations) >= MOSTLY
-    if not differs and (_by_chance(evidence.chain) or not _is_noise(left)):
+    if not differs and (_by_chance(evidence.chain) or not _is_noise(evidence)):
         return
-    at, mean, squares = _all_windows(left, BURST_S, OffsetOverClock)
+    at, mean, squares, kept = _all_windows(left, BURST_S, OffsetOverClock)
     bursts = squares > BURST + 2.0 * log(max(squares.size, 1))
     if differs:
         place = where(evidence)
         yield from _tables(left, place, name)
-    elif np.any(bursts) and np.any(bursts := bursts & np.concatenate([_alone(each) for each in left])):
-        place = _where_at(np.concatenate([_rests(each) for each in left]), bursts)
+    elif np.any(bursts) and np.any(bursts := bursts & _of_all(_alone, left)[kept]):
+        place = _where_at(_of_all(_rests, left)[kept], bursts)
     else:
         return
     found, mean = squares[bursts], np.where(bursts, mean, 0.0)
@@ -77,7 +77,7 @@ def _tables(left: Sequence["_Left"], place: Place, name: str) -> Iterator[Wander
     kinds: list[tuple[type[Table], Place, float]] = [(OffsetOverClock, place, each) for each in WINDOWS_S]
     kinds += [(kind, Place.SENSE, each) for kind in (GainOverClock, LeadOverClock) for each in WINDOWS_S[1:]]
     for kind, there, window_s in kinds:
-        at, mean, squares = _all_windows(left, window_s, kind)
+        at, mean, squares, _ = _all_windows(left, window_s, kind)
         yield _table(kind(there, tuple(at.tolist()), name), mean, squares)
 
 
@@ -92,10 +92,10 @@ def _by_chance(chain: Chain) -> bool:
     return any(isinstance(physics, Effect) and physics.by_chance for physics in chain.added)
 
 
-def _is_noise(left: Sequence["_Left"]) -> bool:
+def _is_noise(evidence: Evidence) -> bool:
     """Return whether what is left of all runs together is no more than noise may leave."""
-    beyond, count = sum(float(each.white @ each.white) for each in left), sum(each.observation.count for each in left)
-    return beyond - count < PROVEN * sqrt(2.0 * count)
+    count = sum(o.count for o in evidence.observations)
+    return left_beyond(evidence.chain, evidence.observations) < PROVEN * sqrt(2.0 * count)
 
 
 def _where_at(rests: Mask, bursts: Mask) -> Place:
@@ -199,24 +199,27 @@ class _Left:
 
 def _alone(left: _Left) -> Mask:
     """Return which windows have a repeat beside them that tells, and none that is off by as much as half of theirs."""
-    number, kept = left.windows(BURST_S), _windows(left, BURST_S, OffsetOverClock)[3]
-    own, *others = (np.bincount(number, row) for row in (left.white, *left.beside))
+    own, *others = (np.bincount(left.windows(BURST_S), row) for row in (left.white, *left.beside))
     seen = np.any([np.isfinite(other) for other in others], axis=0)
     comes_back = np.any([np.abs(other) > COMES_BACK * np.abs(own) for other in others], axis=0)
-    return np.asarray((seen & ~comes_back)[kept])
+    return np.asarray(seen & ~comes_back)
 
 
 def _rests(left: _Left) -> Mask:
     """Return the windows in all of which F rests."""
-    number, kept = left.windows(BURST_S), _windows(left, BURST_S, OffsetOverClock)[3]
-    return np.asarray((np.bincount(number, ~resting(left.chain, left.observation)) == 0)[kept])
+    return np.asarray(np.bincount(left.windows(BURST_S), ~resting(left.chain, left.observation)) == 0)
 
 
-def _all_windows(left: Sequence[_Left], window_s: float, kind: type[Table]) -> tuple[Array, Array, Array]:
+def _of_all(tell: Callable[[_Left], Mask], left: Sequence[_Left]) -> Mask:
+    """Return what is told of the windows of all runs, in a row."""
+    return np.concatenate([tell(each) for each in left])
+
+
+def _all_windows(left: Sequence[_Left], window_s: float, kind: type[Table]) -> tuple[Array, Array, Array, Mask]:
     """Return what ``_windows`` does of all runs, in a row."""
-    parts = [_windows(each, window_s, kind) for each in left]
-    at, mean, squares = (np.concatenate([part[i] for part in parts]) for i in range(3))
-    return at, mean, squares
+    parts = [_windows(one, window_s, kind) for one in left]
+    at, mean, squares, kept = (np.concatenate(each) for each in zip(*parts, strict=True))
+    return at, mean, squares, kept
 
 
 def _windows(left: _Left, window_s: float, kind: type[Table]) -> tuple[Array, Array, Array, Mask]:

@@ -110,7 +110,7 @@ def by_chance_elsewhere(
     Nothing in runs that are quieter than it would have them: these speak against it.
     """
     chance = [effect for effect in effects if effect.by_chance]
-    if not chance or _beyond(chain, held_out) < QUIET * scatter_of(chain, chance, held_out):
+    if not chance or left_beyond(chain, held_out) < QUIET * scatter_of(chain, chance, held_out):
         return 0.0
     return by_chance(chain, chance, held_out, unrepeated(chain, train))
 
@@ -160,7 +160,7 @@ def _in_common(values: Array, use: Mask) -> float:
     return float(np.sum(values[:-1] * values[1:], where=use[:-1] & use[1:]))
 
 
-def _beyond(chain: Chain, observations: Sequence[Observation]) -> float:
+def left_beyond(chain: Chain, observations: Sequence[Observation]) -> float:
     """Return chi-squared beyond the noise."""
     return total_chi_squared(chain, observations) - sum(o.expected for o in observations)
 
@@ -174,7 +174,7 @@ def sizing(chain: Chain, effects: Sequence[Effect], observations: Sequence[Obser
     swell = inflation(chain, observations) ** 2 if effect else 1.0
     if effect is None or swell == 1.0:
         return None
-    changed, size = unrepeated(chain, observations) * _beyond(chain, observations), effect.parameters()[0].name
+    changed, size = unrepeated(chain, observations) * left_beyond(chain, observations), effect.parameters()[0].name
     if changed <= 0.0 or chain.values[size] <= 0.0:
         return None
     target = as_large(chain, effect, observations, changed).values[size]
@@ -189,7 +189,7 @@ def all_wanders(hypothesis: Hypothesis, observations: tuple[Observation, ...]) -
     chain = hypothesis.fit.chain
     if not any(scatters_all(chain, effect, observations) for effect in hypothesis.effects):
         return False
-    left = _beyond(chain, observations)
+    left = left_beyond(chain, observations)
     changed, beyond = _misfit_of_repeats(chain, observations)
     return changed >= MOSTLY * beyond and by_chance(chain, hypothesis.effects, observations) >= NEARLY * left
 

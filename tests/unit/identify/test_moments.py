@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from identify.effects import catalogue, chain_of
+from identify.explain import explain
 from identify.explain.bench import Bench
 from identify.explain.locate import Located, located
 from identify.explain.moments import wandering
@@ -60,6 +61,19 @@ def test_what_happened_once_is_told_where_and_may_have_come_in_anywhere_behind_g
     assert there
     assert there == pytest.approx([wave.start_s + 6206.0 / wave.rate_hz] * len(there), abs=1.2e-3)
     assert Place.F in told.alternatives()
+
+
+def test_an_operator_is_told_that_it_happened_at_single_moments_and_when() -> None:
+    walk, wave = recordings()
+    other = recorded(OP_AMP, sine("other", 12.5, 3.0, 2, 1), (), NOISE_V, 9, 9.0, 8)
+    told = explain(model_of(OP_AMP), [walk, touched(wave, 6200)], [other]).to_dict()
+    assert told["verdict"] == "unexplained"
+    assert "differ from the simulation at single moments, by" in told["sentence"]
+    (where,) = told["location"]["where"]
+    assert where["axis"] == "clock time"
+    assert where["from"] <= wave.start_s + 6212.0 / wave.rate_hz
+    assert where["to"] >= wave.start_s + 6200.0 / wave.rate_hz
+    assert where["to"] - where["from"] < 0.05
 
 
 def weights(told: Located) -> list[float]:
