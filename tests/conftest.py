@@ -4,7 +4,8 @@ The same examples every time: what passes here passes there. Every process of te
 devices emulated inside a test have one name in all of them. No test finds a calibration that somebody made here.
 
 Tests of devices go before all that computes, as far as the machine allows: a device does not wait. Lines are not
-counted in whole answers and in long tests, which makes them take up to twice as long; shorter ones run those lines.
+counted in whole answers and in long tests, which makes them take up to twice as long; shorter ones run those lines,
+and a few long ones that are marked.
 """
 
 import os
@@ -36,15 +37,18 @@ os.environ[calibration.FOLDER_VARIABLE] = os.path.join(os.environ[FOLDER_VARIABL
 OF_DEVICES = ("wire", "contract", "hardware", "test_pytest_plugin.py")
 USUAL, FIRST = os.getpriority(os.PRIO_PROCESS, 0), -10  # niceness of tests, and of those of devices with all they start
 WHOLE = (
-    "test_answers.py", "test_carried.py", "test_corners.py", "test_excerpts.py", "test_finding.py",
+    "test_answers.py", "test_carried.py", "test_coarse.py", "test_corners.py", "test_excerpts.py", "test_finding.py",
     "test_follow_up.py", "test_innovations.py", "test_knowing.py", "test_locate.py", "test_mains.py",
-    "test_narrow.py", "test_places.py", "test_profile.py", "test_readings.py", "test_scattered.py",
-    "test_second_look.py", "test_second_place.py", "test_select.py", "test_surest.py", "test_uneven_noise.py",
-    "test_wander.py",
+    "test_moments.py", "test_narrow.py", "test_odds.py", "test_places.py", "test_profile.py", "test_prove.py",
+    "test_readings.py", "test_scattered.py", "test_second_look.py", "test_second_place.py", "test_select.py",
+    "test_side_by_side.py", "test_stored.py", "test_surest.py", "test_uneven_noise.py", "test_wander.py",
 )  # fmt: skip
-LONG = ("proof", "benchmarks", "flow/test_batch.py", "flow/test_calibration.py", "flow/test_demo.py",
-        "flow/test_design.py", "flow/test_examples.py", "flow/test_live.py", "flow/test_mutated.py",
-        "flow/test_real_recordings.py")  # fmt: skip
+LONG = (
+    "architecture", "proof", "benchmarks", "peers", "flow/test_batch.py", "test_bend.py", "test_cable.py",
+    "flow/test_calibration.py", "test_delay.py", "test_demo.py", "flow/test_design.py", "test_examples.py",
+    "test_kernels.py", "test_layout.py", "test_live.py", "test_memory.py", "test_mutated.py", "test_palette.py",
+    "test_readme.py", "test_real_recordings.py", "test_sines_only.py", "test_workflow.py",
+)  # fmt: skip
 UNCOUNTED = (*LONG, *WHOLE, "test_pressed.py")  # a signal of the last may meet a lock
 LONGEST = ("proof", "test_real_recordings.py", "test_demo.py")
 COMPILING_NOTHING = ("architecture", "wire")  # what takes a minute and simulates nothing
@@ -75,7 +79,7 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object
     _nice(FIRST if _among(OF_DEVICES, item) else USUAL)
     try:
         uncounted = _among(UNCOUNTED, item) or item.get_closest_marker("uncounted")
-        with _uncounted() if uncounted else nullcontext():
+        with _uncounted() if uncounted and not item.get_closest_marker("counted") else nullcontext():
             return (yield)
     finally:
         _nice(USUAL)

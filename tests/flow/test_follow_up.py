@@ -59,6 +59,7 @@ def answer(folder: Path, followed: Ended) -> dict[str, Any]:
     return dict(json.loads((folder / "a.json").read_text(encoding="utf-8")))
 
 
+@pytest.mark.counted
 def test_what_a_walk_leaves_open_is_decided_on_the_device(followed: Ended, answer: dict[str, Any]) -> None:
     told = answer["follow_up"]
     (first,) = told["rounds"][0]["sets"]

@@ -100,7 +100,8 @@ def planted(law: str) -> Located:
     return found(*runs, physics=Concealed(law, PLANTED[law][0]))
 
 
-@pytest.mark.parametrize("law", PLANTED)
+@pytest.mark.parametrize("law", [pytest.param("trigger", marks=pytest.mark.counted) if law == "trigger" else law
+                                 for law in PLANTED])  # fmt: skip
 def test_a_law_that_nobody_listed_is_located_on_what_it_goes_with(law: str) -> None:
     _, place, forms, least = PLANTED[law]
     told = planted(law)
