@@ -1,8 +1,12 @@
 """How does a low-pass answer whose capacitor changes with the voltage on it: C (1 - k1 s - k2 s^2)?"""
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 
+from identify.derivatives.lane_kernels import FAST, instants_of, put
+from identify.derivatives.lanes import WIDTH, any_larger, larger, load, smaller, spread, store, where_same
 from identify.trace import Array
 
 LEAST = 0.1  # of C that is always left: a law that is fitted must not let it vanish
@@ -73,3 +77,62 @@ def charged(
         lag = from_before + late * before
         out[j] = level
     return lag, before
+
+
+@njit(error_model="numpy", cache=True)
+def constants(k1: float, k2: float, tau: float) -> Array:
+    """Return what ``charged_abreast`` needs of a capacitor."""
+    low, high = _ends(k1, k2)
+    kept, mean = np.exp(-1.0 / tau), -tau * np.expm1(-1.0 / tau)  # of the lag's answer over a step
+    return np.array((k1, k2, low, high, kept, mean - kept, 1.0 - mean, mean))
+
+
+@njit(fastmath=FAST, error_model="numpy", cache=True)
+def _nearer(law: Any, weight: Any, right: Any, level: Any) -> Any:
+    """Return a level nearer to what solves level - weight lost(level) = right, the slope there, and what is left."""
+    k1, k2, low, high = law
+    one = spread(1.0)
+    inside = smaller(larger(level, low), high)
+    slope = inside * (k1 + inside * k2)
+    missing = inside * inside * (0.5 * k1 + (1.0 / 3.0) * (inside * k2)) + slope * (level - inside)
+    steep = one / (one - weight * slope)
+    far = (level - weight * missing - right) * steep
+    bent = -0.5 * (weight * where_same(inside, level, k1 + 2.0 * (inside * k2)) * steep * far)
+    away, cubed = larger(far, -1.0 * far), (1.0 / 3.0) * (weight * larger(k2, -1.0 * k2) * steep * far * far)
+    return level - far * (one + bent), steep, away * (2.0 * (bent * bent) + larger(cubed, -1.0 * cubed))
+
+
+@njit(fastmath=FAST, error_model="numpy", cache=True)
+def charged_abreast(capacitors: Array, state: Array, signals: Array) -> None:
+    """Do what ``charged`` does to eight signals, shape (8, 8 n), each with its capacitor; it takes their place.
+
+    ``capacitors``, shape (8, 8): a column of ``constants`` for each; ``state``, shape (2, 8): lag and charge, changed
+    to those it ends with. All go on until none has further to go.
+    """
+    law = (load(capacitors, 0), load(capacitors, 1), load(capacitors, 2), load(capacitors, 3))
+    kept, early, late, weight = load(capacitors, 4), load(capacitors, 5), load(capacitors, 6), load(capacitors, 7)
+    per_weight, one, close = spread(1.0) / weight, spread(1.0), spread(CLOSE)
+    lag, before, wide = load(state, 0), load(state, 1), signals.shape[1] // WIDTH
+    near = np.empty((WIDTH, WIDTH))
+    level, asked, steep = spread(0.0), spread(0.0), one
+    for at in range(wide):
+        for i, entering in enumerate(instants_of(signals, at, wide)):
+            store(near, i, entering)
+        for i in range(WIDTH):
+            from_before = kept * lag + early * before
+            right = load(near, i) - from_before
+            level = level + (right - asked) * steep
+            asked = right
+            for _ in range(TURNS):
+                level, steep, left = _nearer(law, weight, right, level)
+                if not any_larger(left, close * larger(one, larger(level, -1.0 * level))):
+                    break
+            before = (level - right) * per_weight
+            lag = from_before + late * before
+            store(near, i, level)
+        put(signals, at, wide, (
+            load(near, 0), load(near, 1), load(near, 2), load(near, 3),
+            load(near, 4), load(near, 5), load(near, 6), load(near, 7),
+        ))  # fmt: skip
+    store(state, 0, lag)
+    store(state, 1, before)

@@ -161,6 +161,20 @@ class Memoryless:
         return self.law(block.signal)
 
 
+class Eightfold(ABC):
+    """A running stage, at rest, that can go on eight signals at once, every one with values of its own."""
+
+    @abstractmethod
+    def __call__(self, block: Block) -> Array:
+        """Return the signal behind it."""
+
+    @staticmethod
+    @abstractmethod
+    def abreast(runs: "Sequence[Eightfold]") -> Callable[[Array], None]:
+        """Return what turns eight signals, shape (8, 8 n), into those behind eight runs of this kind, in their place.
+        """
+
+
 def memoryless(law: Callable[[Array], Array], shape: Shape) -> tuple[Run, Shape]:
     """Return a running stage that applies ``law`` to every value on its own."""
     return Memoryless(law), shape

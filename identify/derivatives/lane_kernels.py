@@ -219,7 +219,7 @@ def _loaded(c: Any, table: Array, row: int) -> Callable[..., Any]:
 
 
 @njit(fastmath=FAST, error_model="numpy", cache=True)
-def _instants(signals: Array, at: int, wide: int) -> Any:
+def instants_of(signals: Array, at: int, wide: int) -> Any:
     """Return eight instants of eight rows, each in lanes; the rows have ``wide`` times eight."""
     return turned((
         load(signals, at), load(signals, at + wide), load(signals, at + 2 * wide), load(signals, at + 3 * wide),
@@ -229,7 +229,7 @@ def _instants(signals: Array, at: int, wide: int) -> Any:
 
 
 @njit(fastmath=FAST, error_model="numpy", cache=True)
-def _put(signals: Array, at: int, wide: int, instants: Any) -> None:
+def put(signals: Array, at: int, wide: int, instants: Any) -> None:
     """Put eight instants of eight rows where they were."""
     for i, row in enumerate(turned(instants)):
         store(signals, at + i * wide, row)
@@ -252,7 +252,7 @@ def linear(one: Any, state: Array, signals: Array) -> None:
     """
     x, before, wide = loaded(one[2], state, 0), load(state, len(one[2])), signals.shape[1] // 8
     for at in range(wide):
-        s0, s1, s2, s3, s4, s5, s6, s7 = _instants(signals, at, wide)
+        s0, s1, s2, s3, s4, s5, s6, s7 = instants_of(signals, at, wide)
         x, o0 = _stepped(one, x, before, s0)
         x, o1 = _stepped(one, x, s0, s1)
         x, o2 = _stepped(one, x, s1, s2)
@@ -262,7 +262,7 @@ def linear(one: Any, state: Array, signals: Array) -> None:
         x, o6 = _stepped(one, x, s5, s6)
         x, o7 = _stepped(one, x, s6, s7)
         before = s7
-        _put(signals, at, wide, (o0, o1, o2, o3, o4, o5, o6, o7))
+        put(signals, at, wide, (o0, o1, o2, o3, o4, o5, o6, o7))
     for i, row in enumerate(x):
         store(state, i, row)
     store(state, len(one[2]), before)
@@ -273,7 +273,7 @@ def play(s_l: float, d_l: float, s_u: float, d_u: float, level: Array, signals: 
     """Run the play operator of eq. (7) over eight signals, shape (8, 8 n), from their levels; w takes their place."""
     w, down, up, wide = load(level, 0), spread(-d_l), spread(-d_u), signals.shape[1] // 8
     for at in range(wide):
-        v0, v1, v2, v3, v4, v5, v6, v7 = _instants(signals, at, wide)
+        v0, v1, v2, v3, v4, v5, v6, v7 = instants_of(signals, at, wide)
         w0 = smaller(larger(w, s_l * (v0 + down)), s_u * (v0 + up))
         w1 = smaller(larger(w0, s_l * (v1 + down)), s_u * (v1 + up))
         w2 = smaller(larger(w1, s_l * (v2 + down)), s_u * (v2 + up))
@@ -283,7 +283,7 @@ def play(s_l: float, d_l: float, s_u: float, d_u: float, level: Array, signals: 
         w6 = smaller(larger(w5, s_l * (v6 + down)), s_u * (v6 + up))
         w7 = smaller(larger(w6, s_l * (v7 + down)), s_u * (v7 + up))
         w = w7
-        _put(signals, at, wide, (w0, w1, w2, w3, w4, w5, w6, w7))
+        put(signals, at, wide, (w0, w1, w2, w3, w4, w5, w6, w7))
     store(level, 0, w)
 
 

@@ -6,7 +6,7 @@ of one signal go through one filter together.
 """
 
 from collections.abc import Callable
-from operator import add, mul
+from operator import add, mul, sub, truediv
 from typing import Any
 
 from llvmlite import ir
@@ -147,6 +147,40 @@ def _product(typing: Any, one: Any, other: Any) -> Any:
     return LANES(LANES, LANES), lambda context, builder, signature, arguments: builder.fmul(*arguments, flags=_FUSED)
 
 
+@_code
+def _less(typing: Any, one: Any, other: Any) -> Any:
+    """Return the first less the second, lane by lane."""
+    return LANES(LANES, LANES), lambda context, builder, signature, arguments: builder.fsub(*arguments, flags=_FUSED)
+
+
+@_code
+def _quotient(typing: Any, one: Any, other: Any) -> Any:
+    """Return the first over the second, lane by lane."""
+    return LANES(LANES, LANES), lambda context, builder, signature, arguments: builder.fdiv(*arguments)
+
+
+@_code
+def where_same(typing: Any, one: Any, other: Any, lanes: Any) -> Any:
+    """Return the third where the first two are the same, and zero elsewhere."""
+
+    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        same = builder.fcmp_ordered("==", *arguments[:2])
+        return builder.select(same, arguments[2], ir.Constant(_VECTOR, [0.0] * WIDTH))
+
+    return LANES(LANES, LANES, LANES), write
+
+
+@_code
+def any_larger(typing: Any, one: Any, other: Any) -> Any:
+    """Return whether the first is larger than the second in any lane; what is no number is not."""
+
+    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        bits = builder.bitcast(builder.fcmp_ordered(">", *arguments), ir.IntType(WIDTH))
+        return builder.icmp_unsigned("!=", bits, ir.Constant(ir.IntType(WIDTH), 0))
+
+    return types.boolean(LANES, LANES), write
+
+
 def _chosen(order: str) -> Any:
     """Return what keeps of two numbers in every lane the one that is first in an order."""
 
@@ -166,6 +200,20 @@ larger, smaller = _chosen(">"), _chosen("<")
 def _add(one: Any, other: Any) -> Callable[..., Any] | None:
     if isinstance(one, Lanes) and isinstance(other, Lanes):
         return lambda one, other: _sum(one, other)  # noqa: PLW0108
+    return None
+
+
+@overload(sub, strict=False)
+def _subtract(one: Any, other: Any) -> Callable[..., Any] | None:
+    if isinstance(one, Lanes) and isinstance(other, Lanes):
+        return lambda one, other: _less(one, other)  # noqa: PLW0108
+    return None
+
+
+@overload(truediv, strict=False)
+def _divide(one: Any, other: Any) -> Callable[..., Any] | None:
+    if isinstance(one, Lanes) and isinstance(other, Lanes):
+        return lambda one, other: _quotient(one, other)  # noqa: PLW0108
     return None
 
 

@@ -5,7 +5,7 @@ takes eight signals in the time of one or two.
 """
 
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +15,7 @@ from identify.chain import Chain, advance
 from identify.derivatives import lane_kernels
 from identify.derivatives.lanes import WIDTH
 from identify.discretise import Matrix
-from identify.stage import Block, Grid, Memoryless, Run, Shape, Stage, Values
+from identify.stage import Block, Eightfold, Grid, Memoryless, Run, Shape, Stage, Values
 from identify.trace import Array
 
 AT_ONCE = 1 << 14  # instants: eight signals of as many stay in the near cache
@@ -45,12 +45,14 @@ class Mover:
     """What one of the chains does in a stage that is its own: the ``first`` in which it differs.
 
     Of what ``adds`` to its input that stage runs with what its weights are moved by alone: no other shape is needed.
-    Where it puts out a signal of another shape than the unmoved one, what comes behind is run here, too.
+    Where it puts out a signal of another shape than the unmoved one, what comes behind is run here, too. A stage that
+    goes on eight signals at once is its ``own`` among those of the other chains, and none is run here.
     """
 
     first: int
     runs: tuple[Run, ...]
     adds: bool = False
+    own: Eightfold | None = None
 
     def answer(self, passed: Sequence[Block]) -> Array:
         """Return what it puts out, where the unmoved chain's stages were passed by a block and left others."""
@@ -64,13 +66,15 @@ class Mover:
 
     @property
     def last(self) -> int:
-        """Return the last stage that is run here."""
+        """Return the last stage that is run here, or the one before the first."""
         return self.first + len(self.runs) - 1
 
 
 def mover(chain: Chain, first: int, values: Values, adds: bool, grid: Grid, shapes: Sequence[Shape]) -> Mover:
     """Return a stage of a chain with values of its own; ``shapes`` are those of what enters every stage, and leaves."""
     run, shape = chain.stages[first].begin(values, grid, shapes[first])
+    if isinstance(run, Eightfold) and shape == shapes[first + 1] and first > 0:
+        return Mover(first, (), own=run)
     if shape == shapes[first + 1]:
         return Mover(first, (run,), adds)
     runs = [run]
@@ -90,13 +94,16 @@ class Abreast:
         """Take one to ``TOGETHER`` of them, and the shapes of what enters every stage."""
         lasts, count = [m.last for m in movers], len(chain.stages)
         self._begin, self._joining = min(lasts), [list[tuple[int, Mover]]() for _ in range(count)]
+        firsts = {m.first for m in movers}  # of which the unmoved chain may have none, where all have it of their own
+        self._all_own = firsts.pop() if all(m.own for m in movers) and len(firsts) == 1 else count
         for lane, (m, last) in enumerate(zip(movers, lasts, strict=True), 1):
             self._joining[last].append((lane, m))
         self._behind = list[Wide]()
         for i in range(self._begin + 1, count):
             used = [0, *(lane for lane, last in enumerate(lasts, 1) if last < i)]
+            own = {lane: m.own for lane, m in enumerate(movers, 1) if m.own and m.first == i}
             stage = chain.stages[i]
-            self._behind.append(_abreast(stage, chain.of(stage, grid.run), grid, shapes[i], used))
+            self._behind.append(_abreast(stage, chain.of(stage, grid.run), grid, shapes[i], used, own))
 
     def write_changes(self, passed: Sequence[Block], every: int, scale: float, out: Matrix) -> None:
         """Write by how much the answers differ from the unmoved one at ``every`` so many-th instant, times ``scale``.
@@ -110,6 +117,8 @@ class Abreast:
         for i in range(self._begin, len(self._joining)):
             if i > self._begin:
                 self._behind[i - self._begin - 1](passed[i], signals)
+            if i == self._all_own:
+                signals[0, :size] = passed[i + 1].signal
             for lane, joining in self._joining[i]:
                 signals[lane, :size] = joining.answer(passed)
         lane_kernels.differences(signals, every, scale, out)
@@ -124,8 +133,13 @@ def teams(
         yield slice(at, at + len(some)), Abreast(chain, grid, some, shapes)
 
 
-def _abreast(stage: Stage, values: Values, grid: Grid, shape: Shape, used: Sequence[int]) -> Wide:
-    """Return a stage at work on eight signals, at rest; only those that are ``used`` need be right."""
+def _abreast(
+    stage: Stage, values: Values, grid: Grid, shape: Shape, used: Sequence[int], own: Mapping[int, Eightfold]
+) -> Wide:
+    """Return a stage at work on eight signals, at rest; only those that are ``used`` need be right.
+
+    Some may go through one of their ``own``.
+    """
     if isinstance(stage, Source) or (stage.sums and not any(values)):
         return _untouched
     if type(stage) is LinearBlock:
@@ -135,6 +149,8 @@ def _abreast(stage: Stage, values: Values, grid: Grid, shape: Shape, used: Seque
     run = stage.begin(values, grid, shape)[0]
     if isinstance(run, Memoryless):
         return _law(run, used)
+    if isinstance(run, Eightfold):
+        return _eightfold(run, [own.get(lane) or run for lane in range(WIDTH)], used)
     return _one_by_one([stage.begin(values, grid, shape)[0] for _ in used], used)
 
 
@@ -174,6 +190,17 @@ def _play(borders: Values) -> Wide:
     s_l, d_l, s_u, d_u = borders
     levels = np.zeros((1, WIDTH))
     return lambda _, signals: lane_kernels.play(s_l, d_l, s_u, d_u, levels, signals)
+
+
+def _eightfold(kind: Eightfold, runs: Sequence[Eightfold], used: Sequence[int]) -> Wide:
+    """Return stages of one kind at work, each on one of eight signals; what is left in other lanes takes no time."""
+    together, idle = kind.abreast(runs), [lane for lane in range(WIDTH) if lane not in used]
+
+    def run(_: Block, signals: Matrix) -> None:
+        signals[idle] = signals[0]
+        together(signals)
+
+    return run
 
 
 def _one_by_one(runs: Sequence[Run], used: Sequence[int]) -> Wide:

@@ -1,7 +1,7 @@
 """A capacitor of a filter that is not the same at every voltage."""
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
@@ -14,7 +14,7 @@ from identify.effects.effect import Confusion, Effect, short
 from identify.effects.inside_play import mean_slope
 from identify.lags import time_constants
 from identify.observe import Observation
-from identify.stage import Block, Grid, Parameter, Place, Run, Shape, Values
+from identify.stage import Block, Eightfold, Grid, Parameter, Place, Run, Shape, Values
 from identify.trace import Array
 
 if TYPE_CHECKING:
@@ -32,6 +32,31 @@ ENDLESS_S = 1.0  # of tau, from which a capacitor hardly discharges within a ste
 OWN, SLOW = 2.0, 0.1  # times a time constant that is its block's; of the slowest, from which one is slow
 GROWN = 2.0  # times its size at rest: a junction that begins to conduct; no part grows further with voltage
 BENT = {"square": "cube", "straight": "square", FULLEST: "square and cube"}  # what a law is where it does not
+
+
+@dataclass
+class _Charging(Eightfold):
+    """Such a capacitor at work, its ``tau`` in steps."""
+
+    k1: float
+    k2: float
+    tau: float
+    state: tuple[float, float] = (0.0, 0.0)
+
+    def __call__(self, block: Block) -> Array:
+        """Return the signal behind it."""
+        if self.k1 == self.k2 == 0.0:
+            return block.signal
+        out = np.empty_like(block.signal)
+        self.state = charging.charged(self.k1, self.k2, self.tau, self.state, block.signal, out)
+        return out
+
+    @staticmethod
+    def abreast(runs: Sequence[Eightfold]) -> Callable[[Array], None]:
+        """Return eight capacitors at work, each on a signal."""
+        given = [charging.constants(r.k1, r.k2, r.tau) for r in runs if isinstance(r, _Charging)]
+        capacitors, state = np.stack(given, axis=1), np.zeros((2, len(given)))
+        return lambda signals: charging.charged_abreast(capacitors, state, signals)
 
 
 @final
@@ -75,18 +100,7 @@ class CapacitorNonlinearity(Effect):
     def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
         """Return the running filter, without charge."""
         given = dict(zip(LAWS[self.form], values, strict=True))
-        k1, k2, tau = given.get(K1, 0.0), given.get(K2, 0.0), given[TAU] / grid.step_s
-        state = (0.0, 0.0)
-
-        def run(block: Block) -> Array:
-            nonlocal state
-            if k1 == k2 == 0.0:
-                return block.signal
-            out = np.empty_like(block.signal)
-            state = charging.charged(k1, k2, tau, state, block.signal, out)
-            return out
-
-        return run, shape
+        return _Charging(given.get(K1, 0.0), given.get(K2, 0.0), given[TAU] / grid.step_s), shape
 
     def plausible(self, chain: Chain, observations: Sequence[Observation]) -> bool:
         """Return whether no level makes more of the capacitor than any part does: ceramics lose, junctions gain."""

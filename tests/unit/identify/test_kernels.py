@@ -182,6 +182,25 @@ def test_a_capacitor_that_would_vanish_keeps_a_tenth_and_its_charge_goes_on_even
     assert np.all(np.isfinite(out))
 
 
+def test_eight_capacitors_abreast_each_do_what_they_do_alone():
+    t = np.arange(600.0)
+    signals = np.array([3.0 * np.sin(t / (9.0 + 5.0 * i)) for i in range(8)])
+    signals[5, 100] = np.nan  # which is its own affair
+    laws = [(0.02 * i, 0.01 * (i - 2), 2.0 + 7.0 * i) for i in range(8)]
+    laws[7] = (0.0, 0.2, 4.0)  # beyond its law's end
+    found, alone, state = signals.copy(), np.empty((8, t.size)), np.zeros((2, 8))
+    capacitors = np.array([charging.constants(*law) for law in laws]).T.copy()
+    for at in (slice(0, 320), slice(320, 600)):  # as blocks come
+        part = found[:, at].copy()
+        charging.charged_abreast(capacitors, state, part)
+        found[:, at] = part
+    ends = [charging.charged(*law, (0.0, 0.0), s, out) for law, s, out in zip(laws, signals, alone, strict=True)]
+    assert np.abs(alone - signals)[4:5].max() > 0.05
+    assert np.isnan(found[5, 100:]).all()
+    assert np.allclose(found, alone, rtol=0.0, atol=1e-12, equal_nan=True)
+    assert np.allclose(state.T, ends, rtol=0.0, atol=1e-12, equal_nan=True)
+
+
 @QUICK
 @given(SIGNALS, st.floats(0.01, 5.0))
 def test_a_slewed_signal_follows_as_fast_as_it_may(signal, most):

@@ -9,7 +9,7 @@ from identify import taps
 from identify.chain import Chain, grid_of, simulate
 from identify.derivatives import moved, sensitivities
 from identify.derivatives.sensitivities import DIFFERENCE
-from identify.effects import chain_of
+from identify.effects import catalogue, chain_of
 from identify.model import Model, Physics
 from identify.observe import Observation
 from identify.stage import Held, Parameter, Place, Ramp, Stage
@@ -22,6 +22,9 @@ DELAY_S = 4.3e-4  # four steps and a part of one
 PHYSICS = {
     "a law of every value on its own": (Physics("diode_clamp", {"n_vt": 0.3, "knee": 2.0}, form="upper"),),
     "a stage with a memory of its own": (Physics("slew_limit", {"rate": 900.0}),),
+    "a stage for eight at once": (
+        Physics("capacitor_nonlinearity", {"k1": 0.03, "k2": 0.02, "tau": 2e-3}, "G2", form="straight and square"),
+    ),
     "F with more in it": (Physics("curved_border", {"k2": 0.01, "k3": 1e-3}),),
 }
 
@@ -92,6 +95,17 @@ def test_changes_of_weights_are_those_of_each_alone(place, half):
     for row, one in zip(found, chains, strict=True):
         expected = (simulate(one, seen.trace) - simulate(chain, seen.trace))[seen.use] / 0.01
         assert np.abs(row - expected).max() < 1e-10 * max(np.abs(expected).max(), 1.0)
+
+
+def test_changes_by_a_stage_that_only_the_others_have_are_those_of_each_alone():
+    chain, seen = rig(()), observed()
+    law = catalogue()["capacitor_nonlinearity"](Place.G1, "square")
+    there = law.put_in(chain, {"k2": 0.0, "tau": 3e-3})
+    chains = [there.with_values({"capacitor_nonlinearity.k2": k2}) for k2 in np.linspace(0.002, 0.02, 9).tolist()]
+    for row, one in zip(Taps(chain, (seen,)).changes(chains), chains, strict=True):
+        expected = simulate(one, seen.trace) - simulate(chain, seen.trace)
+        assert np.abs(expected).max() > 1e-3
+        assert np.abs(row - expected).max() < 1e-10
 
 
 @dataclass(frozen=True)
