@@ -64,7 +64,7 @@ def test_bound_of_two_amplitudes_at_one_frequency() -> None:
 
 
 def test_what_the_paper_could_not_have_measured_has_no_number() -> None:
-    made = Simulation.of(*(tone(times, 3.5) for times in (1, 5, 10)))
+    made = Simulation.of(*(tone(times, 3.5, 30) for times in (1, 5, 10)))
     one, two = made.parts(NOISE_V, 0, ({}, {}))
     assert harmonic(one.read, 10 * W1_HZ).gain is None
     assert "not separated" in harmonic(one.read, 10 * W1_HZ).because
