@@ -16,11 +16,12 @@ from identify.explain.corners import again, cornered, either_side, slid
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.race import KEPT
 from identify.explain.side_by_side import ITERATIONS, fitted_from, raced
-from identify.explain.sought import distinct, finer, of_one, one_again, retimed, retuned
+from identify.explain.sought import distinct, finer, of_one, one_again, relevelled, retimed, retuned
 from identify.explain.steady import steady
 from identify.explain.suspect import LARGE, LEVEL, Suspect, contenders, is_fine, overlooked, unexplained
 from identify.explain.wander import all_wanders
 from identify.unnamed.correction import Correction
+from identify.unnamed.hysteresis import Relays
 from identify.unnamed.lines import Line, Wave
 from identify.unnamed.maps import BrokenMap, LevelTable
 from identify.unnamed.sudden import Sudden, SuddenDynamics
@@ -218,6 +219,8 @@ def _slid(
     """Return a law with its corners, its one knot or its moment where the fit asks it to be; None where it does not."""
     if isinstance(law, BrokenMap):
         return slid(law, fitted.fit.chain.values)
+    if isinstance(law, Relays) and of_one(law):
+        return relevelled(bench.evidence(fitted), base.fit.chain, law)
     if isinstance(law, Sudden | SuddenDynamics):
         return retimed(bench.evidence(fitted), base.fit.chain, law)
     return retuned(bench.evidence(fitted), base.fit.chain, law) if law.searched or of_one(law) else None

@@ -19,9 +19,11 @@ BESIDE, CLOSER, TUNED = 0.5, 0.4, 1e-3  # of what the longest run resolves: step
 AROUND = (0.2, 0.5, 1.0, 2.0, 5.0)  # times a knot: where it is sought once more
 STRETCHED = 0.3  # of a knot, by which it is moved at once
 KNOT = 3e-3  # of a lag, a threshold or a rate: how well one is sought
-FAR, MOMENTS = 2.0, np.linspace(-1.0, 1.0, 9)  # windows, and of these, where a moment is sought
+LEVEL = 1e-4  # of a level at which something switches, to which it is sought: every sample that it misses counts
+FAR, PARTS = 2.0, np.linspace(-1.0, 1.0, 9)  # windows within which a moment is sought, and where in them
 SHARPER = 0.25  # of that, by which it is sought the next time
 ROUGHLY = 50.0  # samples, to which it is sought before all values are fitted
+Away = Callable[[Correction, float], Correction | None]  # a law with its knot so far away, None where it cannot be
 
 
 def finer(evidence: Evidence, found: Suspect, noise: float) -> Suspect:
@@ -126,7 +128,7 @@ def one_again(evidence: Evidence, law: Correction) -> Suspect:
 def at_its_moment(evidence: Evidence, law: Correction) -> Suspect:
     """Return a law that comes in at a moment, its last knot, with that to some samples; its price is in its looks."""
     evidence = evidence.fine
-    best = _at_best(evidence, law, lambda one: suspect(evidence, one).gain, ROUGHLY)
+    best = _at_best(law, lambda one: suspect(evidence, one).gain, _later, FAR * WINDOW_S, ROUGHLY * evidence.sample_s)
     return replace(suspect(evidence, best), looks=log(sum(o.trace.size for o in evidence.observations)))
 
 
@@ -135,30 +137,52 @@ def retimed(evidence: Evidence, base: Chain, law: Correction) -> tuple[Correctio
 
     ``evidence`` is of the fit with the law in ``base``: far above the noise another moment is best where it is absent.
     """
-    evidence = evidence.seen_by(law)
+    return _elsewhere(evidence.seen_by(law), base, law, _later, FAR * WINDOW_S, evidence.sample_s)
+
+
+def relevelled(evidence: Evidence, base: Chain, law: Correction) -> tuple[Correction, dict[str, float]] | None:
+    """Return a fitted law that switches at a level at a better one, and all values there; None where there is none.
+
+    It is sought by what it does there: what switches late leaves nothing behind the level at which it does, and all of
+    what it misses before it, so that no slope says how far off it is, or on which side.
+    """
+    return _elsewhere(evidence.fine, base, law, _scaled, STRETCHED, LEVEL)
+
+
+def _elsewhere(
+    evidence: Evidence, base: Chain, law: Correction, away: Away, reach: float, least: float
+) -> tuple[Correction, dict[str, float]] | None:
+    """Return a fitted law with the knot at which it would leave least, and all values there; None if that is its own.
+    """
 
     def change(one: Correction) -> Array:
         return evidence.change(one.put_in(base, evidence.chain.values))
 
-    best = _at_best(evidence, law, lambda one: evidence.gained(change(one)), 1.0)
+    best = _at_best(law, lambda one: evidence.gained(change(one)), away, reach, least)
     if evidence.gained(change(best)) < 1.0:
         return None
     return best, moved(evidence, evidence.slopes @ change(best))
 
 
 def _at_best(
-    evidence: Evidence, law: Correction, gain: Callable[[Correction], float], samples: float
-) -> Correction:
-    """Return a law at the moment of most gain around its own, to so many samples."""
-    reach, best = FAR * WINDOW_S, (gain(law), law)
-    while reach > samples * evidence.sample_s:
-        sides = (_from(best[1], best[1].knots[-1] + float(part) * reach) for part in MOMENTS if part)
+    law: Correction, gain: Callable[[Correction], float], away: Away, reach: float, least: float
+) -> Correction:  # fmt: skip
+    """Return a law with the knot of most gain within ``reach`` of its own, to the ``least`` that is looked at."""
+    best = gain(law), law
+    while reach > least:
+        sides = (away(best[1], float(part) * reach) for part in PARTS if part)
         tried = [(gain(one), one) for one in sides if one is not None]
         best, reach = max([best, *tried], key=lambda pair: pair[0]), SHARPER * reach
     return best[1]
 
 
-def _from(law: Correction, moment_s: float) -> Correction | None:
-    """Return a law that comes in at another moment; None before its lags, where knots would not rise."""
+def _later(law: Correction, by_s: float) -> Correction | None:
+    """Return a law that comes in so much later; None before its lags, where knots would not rise."""
+    moment_s = law.knots[-1] + by_s
     rises = moment_s > max((0.0, *law.knots[:-1]))
     return replace(law, knots=(*law.knots[:-1], moment_s)) if rises else None
+
+
+def _scaled(law: Correction, by: float) -> Correction:
+    """Return a law with its one knot larger by a part of it."""
+    return _times(law, 1.0 + by)

@@ -32,7 +32,7 @@ from identify.explain.prove import proven
 from identify.explain.rivals import left_to_explain
 from identify.explain.shape import shape_of
 from identify.explain.side_by_side import LAST, fitted_from, raced
-from identify.explain.sought import retuned
+from identify.explain.sought import relevelled, retuned
 from identify.explain.survey import surveyed
 from identify.explain.suspect import LARGE, MOST, Suspect, contenders, overlooked, suspect
 from identify.explain.wander import unrepeated
@@ -547,6 +547,20 @@ def test_a_ripple_of_the_gap_is_retuned_beside_the_values_it_leaves() -> None:
     assert fitted.misfit < 0.02
     assert tuned.knots[0] == pytest.approx(86.3, abs=0.01)
     assert retuned(there.evidence(fitted), base.fit.chain, tuned) is None
+
+
+@pytest.mark.parametrize("off", [0.98, 1.02])
+def test_the_level_at_which_something_switches_is_found_from_either_side(off: float) -> None:
+    """What switches too late leaves nothing behind its level: no slope says where the right one is."""
+    there = bench(Concealed("switching_gain", {"share": 0.05, "level": 4.0}))
+    base = there.fitted(there.plain, ())
+    law, right = Relays(Place.SENSE, (4.0 * off,)), Relays(Place.SENSE, (4.0,))
+    begun, there_at = (fitted_from(there, base, suspect(there.evidence(base), one)) for one in (law, right))
+    found, fitted = slid_on(there, base, law, begun)
+    assert begun.misfit > 10.0 * base.noise_known > 10.0 * fitted.misfit
+    assert fitted.chi2 < there_at.chi2 + 1.0  # between two readings no level is told from another
+    assert found.knots[0] == pytest.approx(4.0, rel=4e-3)
+    assert relevelled(there.evidence(fitted), base.fit.chain, found) is None
 
 
 def test_what_a_residual_tells_is_kept_for_the_next_question() -> None:
