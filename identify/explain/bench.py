@@ -36,6 +36,7 @@ COARSER = 4  # instants of a grid to one of that on which a fit is searched
 ROUGHER = 4  # of the latter to one of that on which its slopes are taken
 LATEST = "evidence", 0  # among what was asked
 ROUNDS = 3  # of measuring what finer grids add, at most
+MISLED = 2.0  # times what a fit left on coarse grids that it leaves in the end: they do not lead there
 
 
 @dataclass(frozen=True)
@@ -72,16 +73,21 @@ class Bench:
         """Fit a chain from its own values, with the priors of the plain parameters at the rig file's.
 
         The search goes on coarser grids; what those of the bench add to the answer is measured where it begins and
-        where it ends, and again as long as that makes a difference. Where a fit is left to be continued, it need not
+        where it ends, and again as long as that makes a difference; where they mislead, those of the bench are taken.
+        Where a fit is left to be continued, it need not
         be ``told`` how sure its values are.
         """
         seen = self._coarsened(chain)
         found = self._searched(chain, effects, seen, iterations, told=told)
+        believed = found.cost
         for _ in range(ROUNDS):
             before, seen = seen, self._coarsened(found.chain)
             if seen == before or alike(before, seen):
                 break
             found = self._searched(found.chain, effects, seen, iterations, told=told)
+        if found.cost > MISLED * believed:
+            seen = self.observations
+            found = self._searched(chain, effects, seen, iterations, told=told)
         left, swell = without_chance(found.chain, effects, seen, self.noise_known)
         count = round(sum(o.expected for o in self.observations))
         return Hypothesis(tuple(effects), found, left, count, self.noise_known, swell, self.observations)

@@ -224,6 +224,25 @@ def test_a_hypothesis_is_fitted_again_on_other_grids_alone_and_once(bench, monke
     assert len(looks) == 1
 
 
+@pytest.mark.parametrize(("ends_at", "grids"), [(1.5, 2), (3.0, 3)])
+def test_a_fit_that_coarse_grids_mislead_is_begun_again_on_those_of_the_bench(bench, ends_at, grids, monkeypatch):
+    coarse = [tuple(replace(o, substeps=o.substeps + i) for o in bench.observations) for i in (1, 2)]
+    given, seen = iter([*coarse, coarse[-1]]), []
+    monkeypatch.setattr(Bench, "_coarsened", lambda *_: next(given))
+    searched = Bench._searched
+
+    def noted(self, chain, effects, observations, *rest, **told):
+        seen.append((chain, observations))
+        found = searched(self, chain, effects, bench.observations, *rest, **told)
+        return replace(found, cost=found.cost * (ends_at if observations is coarse[1] else 1.0))
+
+    monkeypatch.setattr(Bench, "_searched", noted)
+    begun = bench.plain.with_values({"G2.den.s1": 1.1 * bench.plain.values["G2.den.s1"]})
+    bench.fitted(begun, ())
+    assert [observations for _, observations in seen] == [*coarse, bench.observations][:grids]
+    assert (seen[-1][0] is begun) is (grids == 3)
+
+
 def test_what_a_further_effect_may_bring_ahead_is_undecided(bench):
     """The winner leaves more than it leads by: its own values may stand in for what is not found yet."""
     base, won, rail = bench.fitted(bench.plain, ()), fitted(bench, DIODE), fitted(bench, RAIL)
