@@ -21,7 +21,6 @@ from identify.explain.steady import steady
 from identify.explain.suspect import LARGE, LEVEL, Suspect, contenders, is_fine, overlooked, unexplained
 from identify.explain.wander import all_wanders
 from identify.unnamed.correction import Correction
-from identify.unnamed.hysteresis import Relays
 from identify.unnamed.lines import Line, Wave
 from identify.unnamed.maps import BrokenMap, LevelTable
 from identify.unnamed.sudden import Sudden, SuddenDynamics
@@ -219,7 +218,7 @@ def _slid(
     """Return a law with its corners, its one knot or its moment where the fit asks it to be; None where it does not."""
     if isinstance(law, BrokenMap):
         return slid(law, fitted.fit.chain.values)
-    if isinstance(law, Relays) and of_one(law):
+    if law.jumps and of_one(law):
         return relevelled(bench.evidence(fitted), base.fit.chain, law)
     if isinstance(law, Sudden | SuddenDynamics):
         return retimed(bench.evidence(fitted), base.fit.chain, law)

@@ -19,6 +19,7 @@ BESIDE, CLOSER, TUNED = 0.5, 0.4, 1e-3  # of what the longest run resolves: step
 AROUND = (0.2, 0.5, 1.0, 2.0, 5.0)  # times a knot: where it is sought once more
 STRETCHED = 0.3  # of a knot, by which it is moved at once
 KNOT = 3e-3  # of a lag, a threshold or a rate: how well one is sought
+LEVELS, BEYOND = 24, 1.4  # at which something that switches is tried to do so, and times the last knot, up to which
 LEVEL = 1e-4  # of a level at which something switches, to which it is sought: every sample that it misses counts
 FAR, PARTS = 2.0, np.linspace(-1.0, 1.0, 9)  # windows within which a moment is sought, and where in them
 SHARPER = 0.25  # of that, by which it is sought the next time
@@ -95,7 +96,8 @@ def of_one_knot(evidence: Evidence, found: Suspect) -> Suspect:
     """Return a suspect with one knot in the place of several, where it explains most; its price is in its looks.
 
     Or with one on either side of zero. Far above the noise fixed lags, thresholds and rates leave of a law of one what
-    laws of other physics may not.
+    laws of other physics may not. Where something switches, what it explains may rise and fall from one level at which
+    a recording rests to the next: it is looked for all the way.
     """
     knots = found.correction.knots
 
@@ -103,6 +105,8 @@ def of_one_knot(evidence: Evidence, found: Suspect) -> Suspect:
         return suspect(evidence, replace(found.correction, knots=(*([-exp(x)] if knots[0] < 0.0 else []), exp(x))))
 
     logs = np.log([knot for knot in knots if knot > 0.0])
+    if found.correction.jumps:
+        logs = np.log(np.union1d(np.exp(logs), np.linspace(0.0, BEYOND * max(knots), LEVELS + 1)[1:]))
     beyond = np.diff(logs)[[0, -1]] if logs.size > 1 else np.zeros(2)
     best = int(np.argmax([at(x).gain for x in logs]))
     ends = np.concatenate((logs[:1] - beyond[0], logs, logs[-1:] + beyond[1]))

@@ -39,6 +39,7 @@ class Correction(Stage):
     even: ClassVar[bool] = False  # whether the knots must be evenly spaced
     plainly: ClassVar[str] = ""  # the form of what it nearly is where it does not depend on what it might
     single: ClassVar[bool] = False  # whether one knot that is sought may do in the place of several
+    jumps: ClassVar[bool] = False  # whether what it does jumps as that one knot moves: it switches there
     dynamics: ClassVar[bool] = False  # whether it is what a linear block is made of, and first of all of its own
     searched: ClassVar[bool] = False  # whether the knot is the one frequency of all at which most is seen
 

@@ -61,6 +61,7 @@ class Relays(Correction):
     curved = False
     least = 1
     single = True
+    jumps = True
 
     @property
     def axis(self) -> str:

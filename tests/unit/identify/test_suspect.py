@@ -16,7 +16,7 @@ from identify.explain.corrections import (
     speeds,
     with_zero,
 )
-from identify.explain.sought import finer
+from identify.explain.sought import finer, of_one_knot
 from identify.explain.suspect import MOST, Suspect, contenders, explainable, overlooked, products_of, suspect
 from identify.stage import Place
 from identify.unnamed.contact import AfterContact, AfterEither, Giving, Sticking
@@ -124,6 +124,22 @@ def test_one_threshold_is_sought_between_those_that_are_fixed(
     kept = finer(there, several, 1.0)
     assert kept.correction.knots == pytest.approx((threshold_v,), rel=0.05)
     assert kept.gain > several.gain
+
+
+@pytest.mark.parametrize("level_v", [6.9, 11.5])
+def test_a_level_at_which_something_switches_is_sought_wherever_a_recording_rests(
+    level_v: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where a recording goes from rest to rest, what a level explains says nothing of the next: it was told at 2 V."""
+    law = Relays(Place.SENSE, (1.5, 4.6, 9.2))
+
+    def told(_: Evidence, one: Correction) -> Suspect:
+        near, right = (abs(one.knots[0] / at - 1.0) < 0.1 for at in (2.0, level_v))
+        return Suspect(one, np.ones(1), np.array([2e3 if right else 1e3 if near else 900.0 / one.knots[0]]), {})
+
+    monkeypatch.setattr("identify.explain.sought.suspect", told)
+    there = evidence(*FIG13_LEVELS_V)
+    assert of_one_knot(there, told(there, law)).correction.knots == pytest.approx((level_v,), rel=0.1)
 
 
 @pytest.mark.parametrize(("physics", "law", "tau"), [
