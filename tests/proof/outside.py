@@ -359,16 +359,20 @@ def dimmed_source(drive: Array, scene: Scene) -> Array:
     return np.asarray(drive * (1.0 - scene.values["share"] * (np.mod(time_s, 0.01) < 0.003)))
 
 
+def _moved_of_late(signal: Array, scene: Scene) -> Array:
+    """Return how fast a signal moved of late, in units of ``top`` [V/s], behind ``tau`` [s]; it rests before."""
+    rate = np.abs(np.gradient(signal, scene.grid.step_s)) / scene.values["top"]
+    return lag(rate, scene.values["tau"], scene, rest=0.0)
+
+
 def worked_gain(w: Array, scene: Scene) -> Array:
     """Let w shrink by k of how much it moved of late: abs(dw/dt), in units of ``top`` [V/s], behind ``tau`` [s]."""
-    moves = np.abs(np.gradient(w, scene.grid.step_s)) / scene.values["top"]
-    return np.asarray(w * (1.0 - scene.values["k"] * lag(moves, scene.values["tau"], scene)))
+    return np.asarray(w * (1.0 - scene.values["k"] * _moved_of_late(w, scene)))
 
 
 def stirred_gap(v: Array, scene: Scene) -> Array:
     """Move both borders out by ``k`` [V] times how much v moved of late: abs(dv/dt), in units of ``top`` [V/s]."""
-    moves = lag(np.abs(np.gradient(v, scene.grid.step_s)) / scene.values["top"], scene.values["tau"], scene)
-    wider, rig = scene.values["k"] * moves, scene.rig
+    wider, rig = scene.values["k"] * _moved_of_late(v, scene), scene.rig
     return play(rig.s_l * (v - rig.d_l_v - wider), rig.s_u * (v - rig.d_u_v + wider), 0.0, 1.0, 0.0)
 
 

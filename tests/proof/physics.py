@@ -282,9 +282,10 @@ def resonance(signal: Array, scene: Scene) -> Array:
     return linear_block(between(signal), (wn**2,), (1.0, 2.0 * zeta * wn, wn**2), scene.grid.step_s, signal[0])
 
 
-def lag(signal: Array, tau_s: float, scene: Scene) -> Array:
-    """Return a signal behind a pole, at rest before the run."""
-    return linear_block(between(signal), (1.0,), (tau_s, 1.0), scene.grid.step_s, signal[0])
+def lag(signal: Array, tau_s: float, scene: Scene, rest: float | None = None) -> Array:
+    """Return a signal behind a pole, settled before the run: at its first value, or at ``rest``."""
+    before = signal[0] if rest is None else rest
+    return linear_block(between(signal), (1.0,), (tau_s, 1.0), scene.grid.step_s, before)
 
 
 # --- sense --------------------------------------------------------------------------------------------------------

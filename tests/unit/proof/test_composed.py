@@ -52,6 +52,7 @@ def test_a_signal_is_followed_by_what_the_word_says():
     assert composed.load(v, at)[-1] == pytest.approx(1.0, abs=0.05)
     assert composed.history(-v, at)[-1] == pytest.approx(-1.0, abs=0.05)
     assert composed.work(v, at)[T > 0.39].max() < 0.01  # it has rested for long
+    assert composed.work(v, at)[0] == pytest.approx(0.0, abs=0.01)  # and before the run
     assert composed.peak(-v, at)[-1] == 1.0
 
 

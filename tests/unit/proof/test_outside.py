@@ -39,6 +39,16 @@ def test_a_gap_that_warms_moves_its_borders_out_with_the_heat_of_v() -> None:
     assert late == pytest.approx(OP_AMP.s_l * 0.1 * OP_AMP.d_l_v, rel=1e-3)
 
 
+def test_what_follows_motion_begins_with_none_however_fast_the_run_begins() -> None:
+    """It had begun as if v had moved for ever as fast as in the first instant."""
+    w, seen = 4.0 * -np.expm1(-T / 0.003), scene(k=0.1, tau=0.05, top=100.0)
+    less = 1.0 - outside.worked_gain(w, seen)[1:] / w[1:]
+    assert less[0] < 0.1 * less.max()
+    assert less.max() == pytest.approx(0.1 * 4.0 / (100.0 * 0.05), rel=0.2)  # the way it went, over the lag
+    wider = outside.stirred_gap(w, seen) - ideal_play(w, seen)
+    assert 0.0 < np.abs(wider).max() < 1.05 * OP_AMP.s_l * 0.1 * 4.0 / (100.0 * 0.05)
+
+
 def test_a_trigger_goes_up_and_down_at_levels_of_its_own() -> None:
     w = np.array([0.0, 0.9, 1.1, 0.0, -0.9, -1.1, 0.9, 1.2])
     assert (outside.trigger(w, scene(size=5.0, level=1.0)) - w).tolist() == [0.0, 0.0, 5.0, 5.0, 5.0, 0.0, 0.0, 5.0]
