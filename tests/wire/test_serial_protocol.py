@@ -1,5 +1,6 @@
 """Do the emulator and the firmware speak the same protocol, frame by frame, also with a host that makes mistakes?"""
 
+import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from dataclasses import fields
@@ -220,11 +221,12 @@ def test_a_level_held_in_silence_is_made_safe_too(device: Any, talk: Talk) -> No
 def test_a_ramp_passes_the_levels_between(talk: Talk) -> None:
     talk.ask("SAFE 0 0")
     assert talk.settles() == 0
-    talk.ask("SAFE 2000 800")
-    levels = [0]
+    began_s, levels = time.monotonic(), [0]
+    talk.ask(f"SAFE 2000 {1000 * SPEED:.0f}")  # a second, as fast as devices go here
     while (now := talk.level())[1] == "ramping":
         assert now[0] is not None
+        assert now[0] < 20 + 2.2e3 * (time.monotonic() - began_s)  # a board goes in steps, by a clock of its own
         levels.append(now[0])
     assert talk.level() == (2000, "idle")
     assert (np.diff(levels) >= 0).all()
-    assert any(500 < level < 1500 for level in levels)
+    assert any(0 < level < 2000 for level in levels)  # wherever a busy computer happens to look
