@@ -109,3 +109,31 @@ def _lifted(before: float, now: float, w: float, steps: float, stays: float) -> 
     if left >= 0.0:
         return float(now - left)
     return float(before + trail * np.log1p(-ahead / trail))
+
+
+@njit(error_model="numpy", cache=True)
+def struck(
+    since: Array, v: Array, slopes: tuple[float, float], step_s: float, knots: Array, after: Array,
+    state: tuple[float, float], out: Array,
+) -> tuple[float, float]:  # fmt: skip
+    """Add to ``out`` what goes on after contact, s, in proportion to how fast that was made, away from the border.
+
+    ``since`` is as ``timed_play`` tells it, ``after`` straight between two or more times, ``knots``, s, and the same
+    beyond them. ``slopes`` are those of both borders; ``state``: v before the first instant and the speed of w at the
+    last contact, V/s, returned as they are at the end.
+    """
+    before, speed = state
+    k, last = 0, knots.size - 2
+    for j in range(v.size):
+        sign = np.sign(since[j])
+        if abs(since[j]) == 1.0:
+            speed, k = (slopes[0] if sign > 0.0 else slopes[1]) * (abs(v[j] - before) / step_s), 0
+        before = v[j]
+        if sign == 0.0:
+            continue
+        ago_s = (abs(since[j]) - 1.0) * step_s
+        while k < last and ago_s >= knots[k + 1]:
+            k += 1
+        slope = (after[k + 1] - after[k]) / (knots[k + 1] - knots[k])
+        out[j] += sign * speed * (slope * (min(max(ago_s, knots[0]), knots[-1]) - knots[k]) + after[k])
+    return before, speed

@@ -185,21 +185,18 @@ class AfterImpact(AfterContact):
 
     def played(self, borders: Values, values: Values, grid: Grid) -> Run:
         """Return the operator with what goes on after contact, as fast as that was made."""
-        after = self.split(values)[0]
-        last_v: float | None = None
-        state, speed = (0.0, -1, 0.0), 0.0
+        knots, after = np.array(self.knots), np.array(self.split(values)[0])
+        state, struck = (0.0, -1, 0.0), (np.nan, 0.0)
 
         def run(block: Block) -> Array:
-            nonlocal state, last_v, speed
+            nonlocal state, struck
             v, since = block.signal, np.empty_like(block.signal)
-            rate = np.abs(np.diff(v, prepend=v[0] if last_v is None else last_v)) / grid.step_s
-            (lower, upper), last_v = _followed(borders, v), float(v[-1])
+            if np.isnan(struck[0]):
+                struck = float(v[0]), 0.0
+            lower, upper = _followed(borders, v)
             state = contact_kernels.timed_play(lower, upper, state, since, lower)
-            slope = np.where(since > 0.0, borders[0], borders[2])
-            latest = np.maximum.accumulate(np.where(np.abs(since) == 1.0, np.arange(v.size), -1))
-            struck = np.where(latest >= 0, (slope * rate)[latest], speed)
-            speed = float(struck[-1])
-            told = np.interp((np.abs(since) - 1.0) * grid.step_s, self.knots, after)
-            return np.asarray(lower + np.sign(since) * struck * told)
+            slopes = borders[0], borders[2]
+            struck = contact_kernels.struck(since, v, slopes, grid.step_s, knots, after, struck, lower)
+            return lower
 
         return run

@@ -182,6 +182,24 @@ def test_a_capacitor_that_would_vanish_keeps_a_tenth_and_its_charge_goes_on_even
     assert np.all(np.isfinite(out))
 
 
+def test_what_goes_on_after_impact_goes_with_how_fast_contact_was_made():
+    v, step_s = 3.0 * np.sin(np.linspace(0.0, 30.0, 900)), 1e-3
+    knots, after = np.array([2e-3, 5e-3, 0.05]), np.array([0.3, -0.1, 0.02])
+    since, w = np.empty(v.size), np.empty(v.size)
+    contact_kernels.timed_play(4.0 * (v - 1.0), 5.0 * (v + 1.0), (0.0, -1, 0.0), since, w)
+    met = np.flatnonzero(np.abs(since) == 1.0)
+    assert met.size > 6
+    speed = np.where(since > 0.0, 4.0, 5.0) * np.abs(np.diff(v, prepend=v[0])) / step_s
+    latest = np.array([speed[met[met <= j][-1]] if np.any(met <= j) else 0.0 for j in range(v.size)])
+    expected = np.sign(since) * latest * np.interp((np.abs(since) - 1.0) * step_s, knots, after)
+    out, state = np.zeros(v.size), (v[0], 0.0)
+    for at in (slice(0, 333), slice(333, 900)):  # as blocks come
+        state = contact_kernels.struck(since[at], v[at], (4.0, 5.0), step_s, knots, after, state, out[at])
+    assert np.allclose(out, expected, rtol=1e-12, atol=1e-9)
+    assert np.abs(out).max() > 1.0
+    assert state == (v[-1], latest[-1])
+
+
 def test_eight_capacitors_abreast_each_do_what_they_do_alone():
     t = np.arange(600.0)
     signals = np.array([3.0 * np.sin(t / (9.0 + 5.0 * i)) for i in range(8)])
