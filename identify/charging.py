@@ -40,6 +40,14 @@ def _lost(law: tuple[float, float, float, float], level: float) -> tuple[float, 
 
 
 @njit(error_model="numpy", cache=True)
+def constants(k1: float, k2: float, tau: float) -> tuple[float, float, float, float, float, float, float, float]:
+    """Return k1, k2, the ends of the law, what a lag keeps in a step, and shares of the early, late and last charge."""
+    low, high = _ends(k1, k2)
+    mean = -tau * np.expm1(-1.0 / tau)  # of the lag's answer over a step
+    return k1, k2, low, high, np.exp(-1.0 / tau), mean - np.exp(-1.0 / tau), 1.0 - mean, mean
+
+
+@njit(error_model="numpy", cache=True)
 def charged(
     k1: float, k2: float, tau: float, state: tuple[float, float], signal: Array, out: Array
 ) -> tuple[float, float]:
@@ -51,12 +59,8 @@ def charged(
     The level is foretold along the slope of the law and found by Chebyshev's method, of third order: mostly at once.
     """
     lag, before = state
-    low, high = _ends(k1, k2)
+    _, _, low, high, kept, early, late, weight = constants(k1, k2, tau)
     law = (k1, k2, low, high)
-    kept = np.exp(-1.0 / tau)
-    mean = -tau * np.expm1(-1.0 / tau)  # of the lag's answer over a step
-    early, late = mean - kept, 1.0 - mean
-    weight = 1.0 - late
     curl, per_weight = abs(k2) * weight / 3.0, 1.0 / weight
     level, asked, steep = 0.0, 0.0, 0.0
     for j in range(signal.size):
@@ -77,14 +81,6 @@ def charged(
         lag = from_before + late * before
         out[j] = level
     return lag, before
-
-
-@njit(error_model="numpy", cache=True)
-def constants(k1: float, k2: float, tau: float) -> Array:
-    """Return what ``charged_abreast`` needs of a capacitor."""
-    low, high = _ends(k1, k2)
-    kept, mean = np.exp(-1.0 / tau), -tau * np.expm1(-1.0 / tau)  # of the lag's answer over a step
-    return np.array((k1, k2, low, high, kept, mean - kept, 1.0 - mean, mean))
 
 
 @njit(fastmath=FAST, error_model="numpy", cache=True)

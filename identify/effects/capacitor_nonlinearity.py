@@ -55,7 +55,7 @@ class _Charging(Eightfold):
     def abreast(runs: Sequence[Eightfold]) -> Callable[[Array], None]:
         """Return eight capacitors at work, each on a signal."""
         given = [charging.constants(r.k1, r.k2, r.tau) for r in runs if isinstance(r, _Charging)]
-        capacitors, state = np.stack(given, axis=1), np.zeros((2, len(given)))
+        capacitors, state = np.array(given).T.copy(), np.zeros((2, len(given)))
         return lambda signals: charging.charged_abreast(capacitors, state, signals)
 
 

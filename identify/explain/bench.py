@@ -74,8 +74,7 @@ class Bench:
 
         The search goes on coarser grids; what those of the bench add to the answer is measured where it begins and
         where it ends, and again as long as that makes a difference; where they mislead, those of the bench are taken.
-        Where a fit is left to be continued, it need not
-        be ``told`` how sure its values are.
+        Where a fit is left to be continued, it need not be ``told`` how sure its values are.
         """
         seen = self._coarsened(chain)
         found = self._searched(chain, effects, seen, iterations, told=told)

@@ -104,9 +104,8 @@ def of_one_knot(evidence: Evidence, found: Suspect) -> Suspect:
     def at(x: float) -> Suspect:
         return suspect(evidence, replace(found.correction, knots=(*([-exp(x)] if knots[0] < 0.0 else []), exp(x))))
 
-    logs = np.log([knot for knot in knots if knot > 0.0])
-    if found.correction.jumps:
-        logs = np.log(np.union1d(np.exp(logs), np.linspace(0.0, BEYOND * max(knots), LEVELS + 1)[1:]))
+    further = np.linspace(0.0, BEYOND * max(knots), LEVELS + 1)[1:] if found.correction.jumps else ()
+    logs = np.log(np.union1d([knot for knot in knots if knot > 0.0], further))
     beyond = np.diff(logs)[[0, -1]] if logs.size > 1 else np.zeros(2)
     best = int(np.argmax([at(x).gain for x in logs]))
     ends = np.concatenate((logs[:1] - beyond[0], logs, logs[-1:] + beyond[1]))

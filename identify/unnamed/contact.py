@@ -186,17 +186,15 @@ class AfterImpact(AfterContact):
     def played(self, borders: Values, values: Values, grid: Grid) -> Run:
         """Return the operator with what goes on after contact, as fast as that was made."""
         knots, after = np.array(self.knots), np.array(self.split(values)[0])
-        state, struck = (0.0, -1, 0.0), (np.nan, 0.0)
+        state, struck = (0.0, -1, 0.0), None
 
         def run(block: Block) -> Array:
             nonlocal state, struck
             v, since = block.signal, np.empty_like(block.signal)
-            if np.isnan(struck[0]):
-                struck = float(v[0]), 0.0
             lower, upper = _followed(borders, v)
             state = contact_kernels.timed_play(lower, upper, state, since, lower)
-            slopes = borders[0], borders[2]
-            struck = contact_kernels.struck(since, v, slopes, grid.step_s, knots, after, struck, lower)
+            slopes, before = (borders[0], borders[2]), struck or (float(v[0]), 0.0)
+            struck = contact_kernels.struck(since, v, slopes, grid.step_s, knots, after, before, lower)
             return lower
 
         return run

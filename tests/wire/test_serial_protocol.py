@@ -222,11 +222,11 @@ def test_a_ramp_passes_the_levels_between(talk: Talk) -> None:
     talk.ask("SAFE 0 0")
     assert talk.settles() == 0
     began_s, levels = time.monotonic(), [0]
-    talk.ask(f"SAFE 2000 {1000 * SPEED:.0f}")  # a second, as fast as devices go here
+    talk.ask(f"SAFE 2000 {2000 * SPEED:.0f}")  # two seconds, as fast as devices go here
     while (now := talk.level())[1] == "ramping":
         assert now[0] is not None
-        assert now[0] < 20 + 2.2e3 * (time.monotonic() - began_s)  # a board goes in steps, by a clock of its own
+        assert now[0] < 20 + 1.1e3 * (time.monotonic() - began_s)  # a board goes in steps, by a clock of its own
         levels.append(now[0])
     assert talk.level() == (2000, "idle")
     assert (np.diff(levels) >= 0).all()
-    assert any(0 < level < 2000 for level in levels)  # wherever a busy computer happens to look
+    assert any(500 < level < 1500 for level in levels)  # in a second; in a tenth, a busy computer looked at none

@@ -57,8 +57,10 @@ PLANTED = {  # law -> its values, the stage, the forms that may tell it, the lea
     "later_contact": ({"k": 1e-3}, Place.F, {"either border over the rate", "map of the rate"}, 0.9),
     "crosstalk": ({"size": 0.2, "level": 0.7}, Place.SENSE, {"map of the source"}, 0.6),
     "wavy_adc": ({"size": 0.1, "period": 6.0}, Place.SENSE, {"map of the level"}, 0.6),
+    "hurried_reading": ({"k": 0.05, "top": 600.0}, Place.SENSE, {"gain over the rate"}, 0.9),
     "dac_glitch": ({"size": 0.05, "tau": 3e-3}, Place.SOURCE, {"pulse at zero"}, 0.99),
     "dead_dac": ({"dead": 0.6}, Place.SOURCE, {"corners of the level"}, 0.9),
+    "tired_source": ({"k": 0.05}, Place.SOURCE, {"gain after use"}, 0.9),
     "sagging_supply": ({"k": 4e-3, "tau": 0.05}, Place.SENSE, {"gain after use"}, 0.9),
 }  # fmt: skip
 AROUND = {"top": 6.0, "speed": 100.0, "u": 3.0, "tau": 0.01, "span": 50.0, "moment": 3.03}
@@ -70,7 +72,7 @@ PLANTED |= {  # put together by chance (tests/proof/composed.py)
 }
 LASTING = {  # told by more than a walk and a wave: by what another wave, or the same walk 40 s later, has another of
     "drifting_pole in G1", "drifting_pole in G2", "touched_part in G1", "touched_part in G2", "worked_gain",
-    "late_converter", "rippling_gain", "sawtooth",
+    "late_converter", "hurried_reading", "rippling_gain", "sawtooth",
     *(law for law in PLANTED if " by " in law),
 }  # fmt: skip
 

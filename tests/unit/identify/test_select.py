@@ -259,19 +259,27 @@ def test_a_law_is_undecided_at_every_place_of_its_own(bench):
     assert Round(base, 0, (won, *lags)).undecided == (won, *lags[:2])
 
 
-PIECES = (  # what 27/pair/5 draws; how clearly they show would take a minute to be told
-    Concealed("process_noise", {"sd": 0.0005714627153810562, "bandwidth": 394.5371690707889}),
-    Concealed("dac_quantisation", {"lsb": 0.006629956946617298}),
-)
+DRAWN = {  # what a key draws, where how clearly that shows takes a minute to be told
+    Key(27, "pair", "pair", 5): (
+        Concealed("process_noise", {"sd": 0.0005714627153810562, "bandwidth": 394.5371690707889}),
+        Concealed("dac_quantisation", {"lsb": 0.006629956946617298}),
+    )
+}
 
 
-def test_both_of_two_are_found_where_most_of_the_misfit_is_chance(monkeypatch):
-    monkeypatch.setattr("tests.proof.trial._pieces", lambda *_: [(one, 0.0) for one in PIECES])
-    trial, names = drawn(Key(27, "pair", "pair", 5), known_effects()), {"process_noise", "dac_quantisation"}
+@pytest.mark.parametrize(("key", "runs", "alone", "names"), [
+    (Key(27, "pair", "pair", 5), ("staircase_small", "sine_large", "minor_loops"), set(),
+     {"process_noise", "dac_quantisation"}),  # most of the misfit is chance
+    (Key(28, "pair", "pair", 1), (), {"extra_pole", "rate_dependent_gap"}, {"resonance", "plateau_tilt"}),
+], ids=["beside chance", "at another place"])  # fmt: skip
+def test_both_of_two_are_found(key, runs, alone, names, monkeypatch):
+    if key in DRAWN:
+        monkeypatch.setattr("tests.proof.trial._pieces", lambda *_: [(one, 0.0) for one in DRAWN[key]])
+    trial = drawn(key, known_effects())
     train, test = parted(record(trial))
-    train = [trace for trace in train if trace.name in ("staircase_small", "sine_large", "minor_loops")]
+    train = [trace for trace in train if not runs or trace.name in runs]
     model = model_of(trial.nominal)
-    there, plain = prepared(model, split(model, train, test), list(set(known_effects()) - names))
+    there, plain = prepared(model, split(model, train, test), list(set(known_effects()) - names - alone))
     _, found, _ = selected(there, plain, lambda sentence, share: None)
     assert set(found.names) == names
     assert {(f.id, f.stage) for f in trial.expected} == {(e.id, e.place.label) for e in found.effects}

@@ -34,7 +34,7 @@ def base(slow: Bench) -> Hypothesis:
 
 @pytest.fixture(scope="module")
 def others(slow: Bench, base: Hypothesis) -> list[Suspect]:
-    return overlooked(slow.suspects(base), ())[:20]  # those that promise most
+    return overlooked(slow.suspects(base), ())[:20]  # those that come first
 
 
 def laps(slow: Bench, base: Hypothesis, others: list[Suspect], monkeypatch: pytest.MonkeyPatch) -> dict[int, list[str]]:
