@@ -99,6 +99,7 @@ def fit(
     enough: float = 0.0,
     rougher: int = 1,
     told: bool = True,
+    near: bool = False,
 ) -> Fit:
     """Fit ``chain`` from its own values to all observations; the prior sits at ``centre`` (default: the start).
 
@@ -107,7 +108,8 @@ def fit(
     they where some steps in a row gain less than ``enough`` of chi-squared together. Slopes that take a run for every
     value are taken on grids ``rougher`` by up to that factor: they lead to where they are too small to tell, and cost
     most of a fit. Unless it shall be ``told`` how sure values are, a search that ends with its iterations does not ask:
-    the covariance is infinite then, and nothing is ``beyond``.
+    the covariance is infinite then, and nothing is ``beyond``. A search that begins ``near`` its end stops after a
+    step that promises less than ``enough``.
 
     Never raises for bad numbers: a fit that does not converge says so in ``converged`` and ``sentence``.
     """
@@ -116,7 +118,7 @@ def fit(
     begun = [chain.values.get(c.name, chain.values[c.parameter.name]) for c in coordinates]
     start = np.array([c.bounded(c.theta(value)) for c, value in zip(coordinates, begun, strict=True)])
     problem = _Problem(chain, tuple(observations), coordinates, pull, rougher)
-    found = _search(problem, start, iterations, valleys, enough, told)
+    found = _search(problem, start, iterations, valleys, enough, told, near)
     return replace(found, cost=found.cost - pull.cost(found.chain)) if pull else found
 
 
@@ -222,36 +224,44 @@ def total_chi_squared(chain: Chain, observations: Sequence[Observation]) -> floa
     return sum(chi_squared(chain, observation) for observation in observations)
 
 
-def _search(
-    problem: _Problem, theta: Array, iterations: int, valleys: bool, enough: float, told: bool
-) -> Fit:  # fmt: skip
+def _search(problem: _Problem, theta: Array, steps: int, valleys: bool, enough: float, told: bool, near: bool) -> Fit:
     """Search by Gauss-Newton steps in a box that grows where the quadratic model holds and shrinks where it fails."""
     cost, radius, costs = problem.cost(theta), RADIUS, [np.inf] * LAST
     if not np.isfinite(cost):
         return _failed(problem, theta, "the model cannot be simulated at its starting values")
-    converged, sentence = False, f"no minimum within {iterations} iterations"
+    converged, sentence, gained = False, f"no minimum within {steps} iterations", 0.0
     matrix, right = problem.normal(theta)
-    for number in range(iterations):
+    for to_go in reversed(range(steps)):
         step, expected = problem.step(matrix, right, theta, radius)
-        slow = costs[-LAST] - cost < enough
+        slow, last = costs[-LAST] - cost < enough, near and expected < enough
         if slow or expected < NEGLIGIBLE or radius < STALLED:
             converged, sentence = _ending(0.0 if slow else problem.step(matrix, right, theta, np.inf)[1], cost)
             break
-        there = problem.moved(theta, step)
-        trial = problem.cost(there)
-        if valleys and cost - trial < POOR * expected:
-            there, trial = min((there, trial), _mended(problem, there, radius), key=lambda found: found[1])
+        most = cost - POOR * expected if valleys else np.inf  # else it is taken on
+        there, trial = _tried(problem, problem.moved(theta, step), radius, most)
         gain = (cost - trial) / expected
         radius = radius * 3.0 if gain > 0.75 else radius if gain > 0.25 else 0.25 * float(np.max(np.abs(step)))
         if gain > 0.0:
             costs.append(cost)
-            theta, cost = there, trial
-            if number + 1 == iterations and not told:
+            gained, theta, cost = cost - trial, there, trial
+        if last:
+            converged, sentence = True, "converged"
+            break
+        if gain > 0.0:
+            if not to_go and not told:
                 return _untold(problem, theta, cost, sentence)
-            matrix, right = problem.normal(theta)
+            matrix, right, gained = *problem.normal(theta), 0.0
     covariance = inverse(matrix)
-    beyond = float(right @ covariance @ right)
-    return Fit(problem.at(theta), problem.coordinates, theta, cost, covariance, converged, sentence, beyond)
+    left = max(float(right @ covariance @ right) - gained, 0.0)
+    return Fit(problem.at(theta), problem.coordinates, theta, cost, covariance, converged, sentence, left)
+
+
+def _tried(problem: _Problem, theta: Array, radius: float, most: float) -> tuple[Array, float]:
+    """Return where a step leads and the cost there; one that costs more than ``most`` is taken on."""
+    trial = problem.cost(theta)
+    if trial <= most:
+        return theta, trial
+    return min((theta, trial), _mended(problem, theta, radius), key=lambda found: found[1])
 
 
 def _mended(problem: _Problem, theta: Array, radius: float) -> tuple[Array, float]:

@@ -6,7 +6,7 @@ By how much each corrects what is foretold does not depend on the readings: it i
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -46,6 +46,28 @@ class Wander:
         pulls, sizes = np.zeros((self.use.size, self.behind.order + 1)), np.zeros(self.use.size)
         kernels.filtered(self.keeps, self.gains, *self.system, self.use, pulls, sizes)
         return pulls, sizes
+
+    def of_means(self, m: int, use: Mask) -> "Wander":
+        """Return what wanders at every ``m``-th instant, the first too, in units of the noise of a mean of m readings.
+
+        ``use``, shape (1 + k,), are the means that count. Between these instants, what enters is taken as straight.
+        """
+        rows, g0, g1, *_ = self.system
+        power, first, last = np.eye(g0.size), np.zeros(g0.size), np.zeros(g0.size)
+        for j in range(m):
+            first = rows @ first + (1.0 - j / m) * g0 + (1.0 - (j + 1) / m) * g1
+            last = rows @ last + j / m * g0 + (j + 1) / m * g1
+            power = rows @ power
+        one = slice(1, 1 + (use.size - 1) * m)
+        keeps, gains = (each[one].reshape(-1, m) for each in (self.keeps, self.gains))
+        later = np.cumprod(keeps[:, ::-1], axis=1)[:, ::-1]  # of all steps from each on
+        after = np.concatenate((later[:, 1:], np.ones((later.shape[0], 1))), axis=1)
+        gained = m * np.sum(gains * np.square(after), axis=1)
+        behind = replace(
+            self.behind, rows=tuple(map(tuple, power.tolist())), g0=tuple(first.tolist()), g1=tuple(last.tolist())
+        )
+        kept = np.concatenate((self.keeps[:1], later[:, 0]))
+        return Wander(kept, np.concatenate((m * self.gains[:1], gained)), behind, use)
 
     @cached_property
     def logs(self) -> Array:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.chain import Chain, simulate
-from identify.colour import WHITE
+from identify.colour import WHITE, Colour
 from identify.derivatives.sensitivities import sensitivities
 from identify.fit import Fit
 from identify.observe import Observation
@@ -40,17 +40,37 @@ class Thinned:
 
 def thinned(fit: Fit, observations: Sequence[Observation]) -> Thinned:
     """Return as few samples as tell the same, or as show at least what is slow."""
-    count = sum(o.count for o in observations)
-    factors = [m for m in FACTORS if count >= m * LEAST]
-    if not factors or any(o.trace.intersample == "bandlimited" or o.colour.of_one_run for o in observations):
+    factors = _factors(observations)
+    if not factors or any(o.colour.sizes is not None for o in observations):
         return Thinned(tuple(observations))
     runs = [_Run(o, o.residual(fit.chain), _slopes(fit, o)) for o in observations]
     factors = [m for m in factors if _slopes_are_kept(runs, m)]
     if not factors:
         return Thinned(tuple(observations))
-    white = all(o.colour.white for o in observations)
+    white = all(o.colour.white or o.colour.wander is not None for o in observations)
     whole = next((m for m in factors if white and _mismatch_is_kept(runs, m)), None)
-    return Thinned(tuple(run.thinned(fit.chain, whole or factors[0]) for run in runs), whole is not None)
+    few = (_of_means(fit.chain, run.observation, run.residual, whole or factors[0]) for run in runs)
+    return Thinned(tuple(few), whole is not None)
+
+
+def fewest(chain: Chain, observations: Sequence[Observation]) -> tuple[Observation, ...] | None:
+    """Return means of as many samples as may be, whatever they keep; what a chain leaves is the mean of what it left.
+
+    None where there are too few, or where their noise hangs together by taps or is told sample by sample. Raises
+    ValueError where the chain cannot be simulated.
+    """
+    factors = _factors(observations)
+    if not factors or any(o.colour.taps or o.colour.sizes is not None for o in observations):
+        return None
+    return tuple(_of_means(chain, o, o.residual(chain), factors[0]) for o in observations)
+
+
+def _factors(observations: Sequence[Observation]) -> list[int]:
+    """Return of how many samples means may be made."""
+    if any(o.trace.intersample == "bandlimited" for o in observations):
+        return []
+    count = sum(o.count for o in observations)
+    return [m for m in FACTORS if count >= m * LEAST]
 
 
 def _slopes(fit: Fit, observation: Observation) -> Matrix:
@@ -71,22 +91,12 @@ class _Run:
     residual: Array
     slopes: Matrix
 
-    def means(self, rows: Matrix, m: int) -> Matrix:
-        """Return the means of ``m`` samples around every instant m, 2m ..., shape (..., groups)."""
-        groups = (rows.shape[-1] - 1 - m // 2) // m
-        first = m - m // 2
-        return np.asarray(rows[..., first : first + groups * m].reshape(*rows.shape[:-1], groups, m).mean(axis=-1))
-
-    def whole(self, m: int) -> Mask:
-        """Return the means of whose samples all count."""
-        return np.asarray(self.means(self.observation.use.astype(np.float64), m) == 1.0)
-
     def squares(self, m: int) -> Matrix:
         """Return the squares of the slopes of samples and of their means, shape (2, p)."""
-        whole = self.whole(m)
+        whole = _whole(self.observation.use, m)
         each = np.zeros(self.residual.size, dtype=np.bool_)
         each[m - m // 2 : m - m // 2 + m * whole.size] = np.repeat(whole, m)
-        kept = m * np.sum(np.square(self.means(self.slopes, m)), axis=1, where=whole)
+        kept = m * np.sum(np.square(_means(self.slopes, m)), axis=1, where=whole)
         return np.array([np.sum(np.square(self.slopes), axis=1, where=each), kept])
 
     @cached_property
@@ -106,22 +116,35 @@ class _Run:
         line = highest if highest > white * (np.log(lost.size) + LINE) else 0.0
         return float(np.sum(self.power - white)), float(np.sum(lost - white)), line, lost.size
 
-    def thinned(self, chain: Chain, m: int) -> Observation:
-        """Return the run at every m-th instant, its readings the answer there and the mean residual around it."""
-        o = self.observation
-        trace = _fewer(o.trace, m, _source(o.trace, m))
-        residual = np.concatenate((np.zeros(1), self.means(self.residual, m)))
-        use = np.concatenate((np.zeros(1, np.bool_), self.whole(m)))
-        trace = replace(trace, y=simulate(chain, trace) + residual)
-        if o.colour.ladder:
-            return Observation(trace, use, o.noise_v, colour=o.colour.of_means(m))
-        return Observation(trace, use, o.noise_v * o.colour.slow / float(np.sqrt(m)))
+
+def _means(rows: Matrix, m: int) -> Matrix:
+    """Return the means of ``m`` samples around every instant m, 2m ..., shape (..., groups)."""
+    groups = (rows.shape[-1] - 1 - m // 2) // m
+    first = m - m // 2
+    return np.asarray(rows[..., first : first + groups * m].reshape(*rows.shape[:-1], groups, m).mean(axis=-1))
+
+
+def _whole(use: Mask, m: int) -> Mask:
+    """Return the means of whose samples all count."""
+    return np.asarray(_means(use.astype(np.float64), m) == 1.0)
+
+
+def _of_means(chain: Chain, observation: Observation, residual: Array, m: int) -> Observation:
+    """Return the run at every m-th instant, its readings the answer there and the mean residual around it."""
+    o, colour = observation, observation.colour
+    trace = _fewer(o.trace, m, _source(o.trace, m))
+    use = np.concatenate((np.zeros(1, np.bool_), _whole(o.use, m)))
+    trace = replace(trace, y=simulate(chain, trace) + np.concatenate((np.zeros(1), _means(residual, m))))
+    if colour.ladder:
+        return Observation(trace, use, o.noise_v, colour=colour.of_means(m))
+    hanging = WHITE if colour.wander is None else Colour(wander=colour.wander.of_means(m, use))
+    return Observation(trace, use, o.noise_v * colour.slow / float(np.sqrt(m)), colour=hanging)
 
 
 def _slopes_are_kept(runs: Sequence[_Run], m: int) -> bool:
     """Return whether means of ``m`` samples keep the squares of all slopes."""
     before, after = np.sum([run.squares(m) for run in runs], axis=0)
-    return any(run.whole(m).any() for run in runs) and not np.any(after < KEPT * before)
+    return any(_whole(run.observation.use, m).any() for run in runs) and not np.any(after < KEPT * before)
 
 
 def _mismatch_is_kept(runs: Sequence[_Run], m: int) -> bool:

@@ -6,7 +6,6 @@ parameters. What was asked of a hypothesis once is remembered.
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from math import isfinite, log
 from typing import Any, TypeVar
 
@@ -20,20 +19,18 @@ from identify.explain.chance import scatters_more
 from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
 from identify.explain.round import Round, richer
 from identify.explain.screen import RoundOf
+from identify.explain.searching import ENOUGH, Searching
 from identify.explain.suspect import Suspect, explainable
 from identify.explain.suspects import suspects
-from identify.explain.wander import sizing, without_chance
+from identify.explain.wander import without_chance
 from identify.explain.weights import Carried
-from identify.fit import Fit, fit
 from identify.observe import Observation, refined
 from identify.stepping import alike, coarsened
 
 Told = TypeVar("Told")
 
 ITERATIONS = 40
-ENOUGH = 0.3  # of chi-squared: steps that gain less together change no odds
 COARSER = 4  # instants of a grid to one of that on which a fit is searched
-ROUGHER = 4  # of the latter to one of that on which its slopes are taken
 LATEST = "evidence", 0  # among what was asked
 ROUNDS = 3  # of measuring what finer grids add, at most
 MISLED = 2.0  # times what a fit left on coarse grids that it leaves in the end: they do not lead there
@@ -77,16 +74,16 @@ class Bench:
         Where a fit is left to be continued, it need not be ``told`` how sure its values are.
         """
         seen = self._coarsened(chain)
-        found = self._searched(chain, effects, seen, iterations, told=told)
+        found = self._search.led(chain, effects, seen, iterations, told)
         believed = found.cost
         for _ in range(ROUNDS):
             before, seen = seen, self._coarsened(found.chain)
             if seen == before or alike(before, seen):
                 break
-            found = self._searched(found.chain, effects, seen, iterations, told=told)
+            found = self._search.led(found.chain, effects, seen, iterations, told)
         if found.cost > MISLED * believed:
             seen = self.observations
-            found = self._searched(chain, effects, seen, iterations, told=told)
+            found = self._search.searched(chain, effects, seen, iterations, told)
         left, swell = without_chance(found.chain, effects, seen, self.noise_known)
         count = round(sum(o.expected for o in self.observations))
         return Hypothesis(tuple(effects), found, left, count, self.noise_known, swell, self.observations)
@@ -97,24 +94,15 @@ class Bench:
 
     def finely(self, hypothesis: Hypothesis) -> Hypothesis:
         """Return a hypothesis fitted to its end on the grids of the bench: slopes there tell how sure values are."""
-        found = self._searched(hypothesis.fit.chain, hypothesis.effects, self.observations, ITERATIONS, 0.0)
-        left, swell = without_chance(found.chain, hypothesis.effects, self.observations, self.noise_known)
+        chain, effects = hypothesis.fit.chain, hypothesis.effects
+        found = self._search.searched(chain, effects, self.observations, ITERATIONS, enough=0.0)
+        left, swell = without_chance(found.chain, effects, self.observations, self.noise_known)
         return replace(hypothesis, fit=found, chi2=left, swell=swell)
 
-    def _searched(
-        self, chain: Chain, effects: Sequence[Effect], seen: tuple[Observation, ...], iterations: int,
-        enough: float = ENOUGH, told: bool = True,
-    ) -> Fit:  # fmt: skip
-        """Fit a chain on grids that stay; where what it makes by chance shows, its size is told by that, too."""
-        search = partial(
-            fit, observations=seen, centre=self.plain.values, fixed=self.fixed, iterations=iterations, valleys=False,
-            enough=enough, rougher=ROUGHER if enough else 1, told=told,
-        )  # fmt: skip
-        if self.carried and self.carried.law in effects:
-            return search(chain, pull=self.carried.pull)
-        found = search(chain, pull=sizing(chain, effects, seen))
-        pull = sizing(found.chain, effects, seen)
-        return search(found.chain, pull=pull) if pull else found
+    @property
+    def _search(self) -> Searching:
+        """Return what fits a chain on grids that stay."""
+        return Searching(self.plain.values, self.fixed, self.carried)
 
     def _coarsened(self, chain: Chain) -> tuple[Observation, ...]:
         """Return the data on coarser grids, with what their own add to an answer of ``chain``."""

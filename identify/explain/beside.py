@@ -47,6 +47,8 @@ def selected_either(bench: Bench, plain: Hypothesis, note: Note, may_wander: boo
     repeat, it is not asked.
     """
     asked = cache(lambda: selected_beside(bench, plain, note) if may_wander else None)
+    if may_wander and _is_another(bench, plain) and (beside := asked()) is not None:
+        return beside
 
     def instead(there: Bench, best: Hypothesis) -> Selected | None:
         return asked() if best.effects[-1].by_chance or wanders(there, best) else None
@@ -65,6 +67,13 @@ def wanders(bench: Bench, best: Hypothesis) -> bool:
     """Return whether most of what is left is another in every repeat, and no law promises to foretell much of it."""
     differs = _tries_chance(bench) and unrepeated(best.fit.chain, bench.observations) > MOSTLY
     return differs and not foretold(bench, best)
+
+
+def _is_another(bench: Bench, plain: Hypothesis) -> bool:
+    """Return whether repeats clearly differ, and no law promises to foretell much of what they differ by."""
+    before, chance = differ(plain.fit.chain, bench.observations)
+    clearly = _tries_chance(bench) and bool(np.any(before > CLEARLY * chance))
+    return clearly and not foretold(bench, plain)
 
 
 def _scattered(bench: Bench, found: Hypothesis) -> bool:

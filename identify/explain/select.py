@@ -67,8 +67,11 @@ def selected(
 def _is_all(bench: Bench, start: Hypothesis, best: Hypothesis, rounds: Sequence[Round]) -> bool:
     """Return whether no law is looked for beside the best of a round: one thing is not two, and chance tells none.
 
-    Where two laws promise together all there is, they are looked at all the same.
+    Nor is one where all that is left may be what a law that is known roughly leaves. Where two laws promise together
+    all there is, they are looked at all the same.
     """
+    if bench.rough and _explainable(bench, best) <= bench.rough:
+        return True
     if (all_wanders(best, bench.observations) and not best.proven) or (len(rounds) > 1 and best.swell > 1.0):
         return True
     first = rounds[0]

@@ -418,6 +418,7 @@ def test_no_interval_of_the_noise_holds_what_repeats_exclude(beside, monkeypatch
 def test_what_is_foretold_is_believed_before_chance(noisy, monkeypatch):
     bench, plain, _ = noisy
     found = (bench, plain, [])
+    monkeypatch.setattr("identify.explain.beside._is_another", lambda *those: False)
     monkeypatch.setattr("identify.explain.beside.selected", lambda *asked, by_chance: found)
     assert selected_either(bench, plain, quiet, may_wander=False) is found
     explained = replace(plain, chi2=float(plain.count))
@@ -430,6 +431,7 @@ def test_what_is_foretold_is_believed_before_chance(noisy, monkeypatch):
 def test_noise_is_not_asked_for_where_all_that_is_left_comes_back(share, times, noisy, monkeypatch):
     bench, plain, _ = noisy
     found, asked = (bench, plain, []), []
+    monkeypatch.setattr("identify.explain.beside._is_another", lambda *those: False)
     monkeypatch.setattr("identify.explain.beside.selected", lambda *those, by_chance: found)
     monkeypatch.setattr("identify.explain.beside.unrepeated", lambda chain, observations: share)
     monkeypatch.setattr("identify.explain.beside.selected_beside", lambda *those: asked.append(those))
@@ -459,6 +461,7 @@ def test_noise_is_asked_at_once_where_most_of_what_a_law_leaves_is_another_in_ev
     bench, plain, _ = noisy
     path = catalogue()["feedthrough"](Place.SENSE)
     found, asked = (bench, plain, []), []
+    monkeypatch.setattr("identify.explain.beside._is_another", lambda *those: False)
     monkeypatch.setattr("identify.explain.beside.selected_beside", lambda *those: asked.append(those) or found)
     monkeypatch.setattr("identify.explain.beside.unrepeated", lambda chain, observations: share)
     monkeypatch.setattr("identify.explain.beside.foretold", lambda *those: promised)

@@ -20,6 +20,7 @@ from identify.explain.prune import simplified
 from identify.explain.race import DECISIVE
 from identify.explain.rivals import odds
 from identify.explain.round import Round, lagging, outdone, ranked, richer, unforeseen
+from identify.explain.searching import Searching
 from identify.explain.select import _belongs, _explainable, _hopeless, _is_all, _settled, selected
 from identify.explain.suspect import Suspect
 from identify.fit import chi_squared
@@ -229,14 +230,14 @@ def test_a_fit_that_coarse_grids_mislead_is_begun_again_on_those_of_the_bench(be
     coarse = [tuple(replace(o, substeps=o.substeps + i) for o in bench.observations) for i in (1, 2)]
     given, seen = iter([*coarse, coarse[-1]]), []
     monkeypatch.setattr(Bench, "_coarsened", lambda *_: next(given))
-    searched = Bench._searched
+    searched = Searching.searched
 
     def noted(self, chain, effects, observations, *rest, **told):
         seen.append((chain, observations))
         found = searched(self, chain, effects, bench.observations, *rest, **told)
         return replace(found, cost=found.cost * (ends_at if observations is coarse[1] else 1.0))
 
-    monkeypatch.setattr(Bench, "_searched", noted)
+    monkeypatch.setattr(Searching, "searched", noted)
     begun = bench.plain.with_values({"G2.den.s1": 1.1 * bench.plain.values["G2.den.s1"]})
     bench.fitted(begun, ())
     assert [observations for _, observations in seen] == [*coarse, bench.observations][:grids]
