@@ -453,6 +453,28 @@ def test_where_noise_wins_a_round_it_is_asked_at_once_whether_it_is_there(noisy,
     assert len(asked) == 1
 
 
+@pytest.mark.parametrize(("clearly", "promised", "may_wander", "there", "at_once"), [
+    (True, False, True, True, True), (False, False, True, True, False), (True, True, True, True, False),
+    (True, False, False, True, False), (True, False, True, False, False),
+])  # fmt: skip
+def test_noise_is_asked_before_any_law_where_repeats_clearly_differ_and_nothing_foretells_it(
+    clearly, promised, may_wander, there, at_once, noisy, monkeypatch
+):
+    bench, plain, _ = noisy
+    beside, found, asked = (bench, plain, []), (bench, replace(plain, chi2=float(plain.count)), []), []
+    sizes, chance = differ(plain.fit.chain, bench.observations)
+    assert np.any(sizes > CLEARLY * chance)
+    seen = sizes if clearly else 0.99 * CLEARLY * chance
+    monkeypatch.setattr("identify.explain.beside.differ", lambda *those: (seen, chance))
+    monkeypatch.setattr("identify.explain.beside.foretold", lambda *those: promised)
+    monkeypatch.setattr(
+        "identify.explain.beside.selected_beside", lambda *those: asked.append(those) or (beside if there else None)
+    )
+    monkeypatch.setattr("identify.explain.beside.selected", lambda *those, by_chance: found)
+    assert (selected_either(bench, plain, quiet, may_wander) is beside) is at_once
+    assert len(asked) == (clearly and not promised and may_wander)
+
+
 @pytest.mark.parametrize(("share", "promised", "times"), [(0.9, False, 1), (0.9, True, 0), (0.3, False, 0)])
 def test_noise_is_asked_at_once_where_most_of_what_a_law_leaves_is_another_in_every_repeat(
     share, promised, times, noisy, monkeypatch

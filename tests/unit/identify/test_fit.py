@@ -14,7 +14,7 @@ from identify.chain import as_promised, local_name, plain_chain, simulate
 from identify.coordinate import Coordinate, coordinates_of
 from identify.derivatives.sensitivities import sensitivities
 from identify.effects import catalogue, chain_of
-from identify.fit import _Problem, chi_squared, fit
+from identify.fit import _Problem, chi_squared, fit, total_chi_squared
 from identify.model import Backlash, LinearF, Model, Physics, Rational
 from identify.quadratic import boxed_step, inverse
 from identify.stage import Parameter, Place, is_fixed
@@ -56,6 +56,23 @@ def test_a_search_ends_where_three_steps_gain_less_than_is_asked_for(rc, monkeyp
     assert looks > len(slopes) == 4  # where it began, and after each of three steps
     assert short.converged
     assert short.cost > whole.cost
+
+
+def test_a_search_that_begins_near_its_end_stops_after_a_step_that_promises_little(rc, found, monkeypatch):
+    seen, slopes, normal = observations(rc), [], _Problem.normal
+    monkeypatch.setattr(_Problem, "normal", lambda problem, theta: slopes.append(theta) or normal(problem, theta))
+    moved = found.chain.with_values({"G1.den.s1": found.chain.values["G1.den.s1"] + 0.03 * found.sd("G1.den.s1")})
+    assert 0.01 < total_chi_squared(moved, seen) - total_chi_squared(found.chain, seen) < 0.3
+    centre = plain_chain(model_of(toleranced(RC, 5, 0.2))).values
+    near = fit(moved, seen, centre, enough=0.3, near=True)
+    assert len(slopes) == 1
+    assert near.converged
+    assert near.cost == pytest.approx(found.cost, abs=0.01)
+    assert near.beyond < 0.01
+    slopes.clear()
+    far = fit(plain_chain(model_of(toleranced(RC, 5, 0.2))), seen, centre, enough=0.3, near=True)
+    assert len(slopes) > 2  # a step that promises much is not the last
+    assert far.cost == pytest.approx(found.cost, abs=0.01)
 
 
 @pytest.mark.parametrize("rig", [OP_AMP, SKEWED, RC], ids=lambda rig: rig.name)

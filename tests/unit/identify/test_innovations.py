@@ -84,3 +84,24 @@ def test_where_nothing_wanders_readings_stay_as_they_are():
     assert np.array_equal(innovations(still)(values, still.use), values)
     assert not np.any(still.logs)
     assert not Colour(wander=still).white
+
+
+def test_what_wanders_beside_means_is_what_wanders_at_every_fifth_instant():
+    m, groups = 5, 40
+    rng = np.random.default_rng(4)
+    it = wander(rng, size=1 + m * groups)
+    fewer = it.of_means(m, np.ones(1 + groups, dtype=bool))
+    every, there = 0.0, 0.0
+    for k in range(groups + 1):  # the variance of what wanders, whose means have a fifth of the noise's
+        for j in range(m if k else 1):
+            at = 1 + m * (k - 1) + j if k else 0
+            every = it.keeps[at] ** 2 * every + it.gains[at]
+        there = fewer.keeps[k] ** 2 * there + fewer.gains[k]
+        assert there == pytest.approx(m * every, rel=1e-12)
+    levels = rng.standard_normal(1 + groups)
+    straight = np.interp(np.arange(1 + m * groups), m * np.arange(1 + groups), levels)
+    rows, g0, g1, c, d = fewer.system
+    x, expected = np.zeros(g0.size), passed(straight - straight[0])[::m]
+    for k in range(groups):
+        x = rows @ x + g0 * (levels[k] - levels[0]) + g1 * (levels[k + 1] - levels[0])
+        assert c @ x + d * (levels[k + 1] - levels[0]) == pytest.approx(expected[k + 1], rel=1e-9, abs=1e-12)

@@ -23,7 +23,8 @@ from identify.explain.round import Round, lagging, outdone, ranked, richer, unfo
 from identify.explain.searching import Searching
 from identify.explain.select import _belongs, _explainable, _hopeless, _is_all, _settled, selected
 from identify.explain.suspect import Suspect
-from identify.fit import chi_squared
+from identify.explain.weights import Carried
+from identify.fit import Pull, chi_squared
 from identify.holdout import split
 from identify.phases import angles_of, scanned
 from identify.stage import Place
@@ -640,6 +641,21 @@ def test_laws_that_promise_by_twos_all_there_is_are_looked_at_though_one_correct
     monkeypatch.setattr("identify.explain.select.all_wanders", lambda *_: False)
     assert _is_all(bench, start, start, [first]) is one
     assert _is_all(bench, start, start, [first, first])
+
+
+@pytest.mark.parametrize(("left", "rough", "ends"), [(50.0, 100.0, True), (150.0, 100.0, False), (0.0, 0.0, False)])
+def test_no_law_is_looked_for_in_what_one_that_is_known_roughly_may_leave(
+    bench: Bench, left: float, rough: float, ends: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Beside noise in front of the gap and a rail, a round was screened and raced for 34 s, and its laws let go."""
+    start = bench.fitted(bench.plain, ())
+    noise = catalogue()["process_noise"](Place.G1, "white")
+    weighed = replace(bench, carried=Carried(noise, Pull(lambda _: 0.0, 0.0, 1.0), rough))
+    monkeypatch.setattr("identify.explain.select._explainable", lambda *_: left)
+    monkeypatch.setattr("identify.explain.select.told_by_one", lambda *_: False)
+    monkeypatch.setattr("identify.explain.select.all_wanders", lambda *_: False)
+    assert _is_all(weighed, start, start, [Round(start, 0, ())]) is ends
+    assert not _is_all(bench, start, start, [Round(start, 0, ())])
 
 
 @pytest.mark.parametrize(("swell", "laws"), [(1.0, 3), (4.0, 2)])

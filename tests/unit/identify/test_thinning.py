@@ -8,15 +8,17 @@ from scipy.signal import lfilter
 
 from identify.candidates import candidates
 from identify.chain import plain_chain, simulate
-from identify.colour import Colour, whitening
+from identify.colour import Colour, Sizes, whitening
+from identify.discretise import stepper
 from identify.effects import catalogue
 from identify.evidence import Evidence
 from identify.explain.promise import promised
 from identify.fit import fit
+from identify.innovations import Wander
 from identify.readings.coloured_noise import Coloured
 from identify.readings.spectra import lines_of, power_of
 from identify.stage import Place
-from identify.thinning import thinned
+from identify.thinning import fewest, thinned
 from identify.trace import Trace
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
@@ -117,6 +119,39 @@ def test_coloured_noise_is_judged_in_every_sample_and_what_is_slow_of_it_scatter
     residual = Evidence(every.fitted, shown.observations).residual
     slow = residual[: residual.size // 50 * 50].reshape(-1, 50).sum(axis=1) / np.sqrt(50.0)
     assert float(np.mean(np.square(slow))) == pytest.approx(1.0, abs=4.0 * np.sqrt(2.0 / slow.size))
+
+
+def test_means_of_what_wanders_are_made_as_white_as_its_readings():
+    """What wanders in front of G2 by a walk of its own, here, beside the noise of a reading."""
+    every, rng = evidences()[0], np.random.default_rng(7)
+    chain, wandering = every.chain, []
+    for o in every.observations:
+        keeps, gains = np.full(o.use.size, 0.999), np.full(o.use.size, 0.04)
+        w = lfilter([1.0], [1.0, -0.999], rng.normal(size=o.use.size) * np.sqrt(gains))
+        lag = stepper((1.0,), (2e-3, 1.0), 1.0 / o.trace.rate_hz, "ramp")
+        fades = np.exp(-1.0 / (2e-3 * o.trace.rate_hz))
+        late = 1.0 - 2e-3 * o.trace.rate_hz * (1.0 - fades)
+        passed = lfilter([late, 1.0 - fades - late], [1.0, -fades], w)
+        y = simulate(chain, o.trace) + o.noise_v * (passed + rng.normal(size=w.size))
+        trace = replace(o.trace, y=y)
+        wandering.append(replace(o, trace=trace, substeps=1, colour=Colour(wander=Wander(keeps, gains, lag, o.use))))
+    few = fewest(chain, wandering)
+    assert [o.trace.rate_hz for o in few] == [o.trace.rate_hz / 3 for o in wandering]
+    white = np.concatenate([part for o in few for part in o.whitened(chain)])
+    assert np.mean(np.square(white)) == pytest.approx(1.0, abs=4.0 * np.sqrt(2.0 / white.size))
+    assert np.mean(white[1:] * white[:-1]) == pytest.approx(0.0, abs=0.03)
+    bare = np.concatenate([o.used_residual(chain) / o.noise_v for o in few])
+    assert np.mean(np.square(bare)) > 2.0  # beside the noise of means there is much that wanders
+
+
+def test_noise_that_is_told_reading_by_reading_is_not_thinned():
+    every = evidences()[0]
+    told = [replace(o, colour=Colour(sizes=Sizes(np.ones(o.use.size)))) for o in every.observations]
+    taps = [replace(o, colour=Colour((0.5,), 1.0 / np.sqrt(0.75))) for o in every.observations]
+    assert fewest(every.chain, told) is None
+    assert fewest(every.chain, taps) is None
+    assert fewest(every.chain, [o.until(2000) for o in every.observations]) is None  # too few
+    assert fewest(every.chain, every.observations) is not None
 
 
 def test_means_of_red_noise_are_made_as_white_as_its_readings():
