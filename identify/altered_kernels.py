@@ -160,14 +160,18 @@ def _rest(speed: float, unit: float, rests: Array) -> float:
 
 
 @njit(error_model="numpy", cache=True)
-def _followed(w: float, border: float, rest: float, per_unit: float, unit: float, gains: Array) -> float:
-    """Return as ``_pushed`` does, but no further above the border than where w would ``rest`` if that runs on.
+def _followed(
+    w: float, border: float, speed: float, per_unit: float, unit: float, gains: Array, rests: Array
+) -> float:
+    """Return as ``_pushed`` does, but no further above the border than where w would rest if that runs on at a speed.
 
     However long a step is, a fast border is thus followed; one out of reach pushes not.
     """
     there = _pushed(w, border, per_unit, unit, gains)
-    highest = border + rest
-    return there if there == w or there < highest else max(highest, min(there, w))
+    if there == w:
+        return w
+    highest = border + _rest(speed, unit, rests)
+    return there if there < highest else max(highest, min(there, w))
 
 
 @njit(error_model="numpy", cache=True)
@@ -188,14 +192,13 @@ def noisy_plays(
     still, share = hold == STILL, 1.0 / w.size
     last_l, last_u = last
     for j in range(lower.size):
-        rest_l = _rest((lower[j] - last_l) * slow_l, unit_l, rests)
-        rest_u = _rest((last_u - upper[j]) * slow_u, unit_u, rests)
+        speed_l, speed_u = (lower[j] - last_l) * slow_l, (last_u - upper[j]) * slow_u
         middle, total = _middle(lower, upper, j), 0.0
         for i in range(w.size):
             low, high = lower[j] - later_l[i], upper[j] + later_u[i]
             free, charge = (w[i], q[i]) if still else _held(hold, middle, w[i], q[i])
-            level = _followed(free, low, rest_l, per_l, unit_l, gains)
-            level = -_followed(-level, -high, rest_u, per_u, unit_u, gains)
+            level = _followed(free, low, speed_l, per_l, unit_l, gains, rests)
+            level = -_followed(-level, -high, speed_u, per_u, unit_u, gains, rests)
             total += level  # of the time around an instant, half is before it, and half behind
             level = _pushed(level, low, per_l, unit_l, gains)
             w[i] = -_pushed(-level, -high, per_u, unit_u, gains)
