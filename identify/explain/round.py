@@ -1,7 +1,7 @@
 """What does one step of the selection consider: what is worth a look, a fit, and a name?"""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 
 from scipy.stats import chi2 as chi2_distribution
@@ -71,7 +71,20 @@ class Round:
         found: dict[tuple[str, Place], Hypothesis] = {}
         for h in self.tried:
             if self.lead(h) > HOPELESS or h.chi2 - self.tried[0].chi2 < left:
-                found.setdefault((h.effects[-1].id, h.effects[-1].place), h)
+                found.setdefault(_kind(h), h)
+        return tuple(found.values())
+
+    def without(self, law: Effect) -> "Round":
+        """Return the round without a law, at its place, and what acts by chance."""
+        others = (h for h in self.tried if h.swell == 1.0 and _kind(h) != (law.id, law.place))
+        return replace(self, tried=tuple(others), settled=None)
+
+    @property
+    def kinds(self) -> tuple[Hypothesis, ...]:
+        """Return the best of every kind."""
+        found: dict[tuple[str, Place], Hypothesis] = {}
+        for h in self.tried:
+            found.setdefault(_kind(h), h)
         return tuple(found.values())
 
     @property
@@ -86,6 +99,11 @@ class Round:
         if winner is None or not is_discovery(winner.p_value(self.base), self.looks):
             return None
         return winner if winner.gains_enough(self.base) else None
+
+
+def _kind(hypothesis: Hypothesis) -> tuple[str, Place]:
+    """Return which law a hypothesis has beside its base, and where."""
+    return hypothesis.effects[-1].id, hypothesis.effects[-1].place
 
 
 def ranked(base: Hypothesis, tried: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:

@@ -21,6 +21,8 @@ from identify.explain.wander import all_wanders
 MOST_EFFECTS = 3
 ALL = 0.8  # of what is left, that a law has to explain together with as many like it as may follow
 FAR_LESS = 0.5  # of what laws leave, from below which a single correction shows that they are not the physics
+MOSTLY = 0.5  # share of what the best law explains alone that another must, and of what that leaves, one beside it
+OTHERS = 4  # laws beside which one more is looked for in the place of the best
 STUCK = 0.1  # share of what an effect explains that the plain model explains as well, fitted from there
 
 Note = Callable[[str, float], None]
@@ -43,6 +45,8 @@ def selected(
         part = ALL / (MOST_EFFECTS - number) if number else 0.0
         least = part * _explainable(bench, best) if number else 0.0
         bench, this = decided(bench, bench.round(best, least))
+        if number == 1 and this.best is None:
+            rounds[0], (bench, this) = _from_another(bench, rounds[0], this)
         plain = None if best.effects else _unended(bench, this)
         if plain is not None:
             best, (bench, this) = plain, decided(bench, bench.round(plain))
@@ -53,15 +57,32 @@ def selected(
         if ends and this.best is not None:
             return bench, this.best, [*rounds, this]
         rounds.append(this)
-        if this.best is None:
-            best = this.base  # fitted again where finer grids were needed to compare it
-            break
+        if this.best is None:  # its base was fitted again where finer grids were needed to compare it
+            return bench, pruned(bench, this.base), rounds
         finer = bench.fine_enough(this.best)
         best = this.best if finer is bench else finer.fitted(this.best.fit.chain, this.best.effects)
         bench, best = finer, resettled(finer, best)
         if number + 1 < most and _is_all(bench, start, best, rounds):
             break
     return bench, pruned(bench, best), rounds
+
+
+def _from_another(bench: Bench, first: Round, second: Round) -> tuple[Round, tuple[Bench, Round]]:
+    """Return both rounds as they are without the law that won the first, where another leaves nothing with one more.
+
+    Alone a law explains most that does part of what another would: nothing is found beside it then. Both rounds stay
+    as they are where there is no such law, or nothing left.
+    """
+    if not second.base.proven:
+        return first, (bench, second)
+    alone = second.base
+    others, least = first.without(alone.effects[-1]), MOSTLY * (first.base.chi2 - alone.chi2)
+    likely = [h for h in others.kinds if first.base.chi2 - h.chi2 > least][:OTHERS]
+    for h in map(bench.again, likely):
+        there, found = decided(bench, bench.round(h, MOSTLY * (h.chi2 - h.count)))
+        if found.best is not None and not found.best.proven and found.best.chi2 < alone.chi2:
+            return others, (there, found)
+    return first, (bench, second)
 
 
 def _is_all(bench: Bench, start: Hypothesis, best: Hypothesis, rounds: Sequence[Round]) -> bool:

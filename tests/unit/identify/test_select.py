@@ -21,7 +21,7 @@ from identify.explain.race import DECISIVE
 from identify.explain.rivals import odds
 from identify.explain.round import Round, lagging, outdone, ranked, richer, unforeseen
 from identify.explain.searching import Searching
-from identify.explain.select import _belongs, _explainable, _hopeless, _is_all, _settled, selected
+from identify.explain.select import _belongs, _explainable, _from_another, _hopeless, _is_all, _settled, selected
 from identify.explain.suspect import Suspect
 from identify.explain.weights import Carried
 from identify.fit import Pull, chi_squared
@@ -683,3 +683,33 @@ def test_no_third_law_is_looked_for_beside_what_chance_makes_of_the_rest(
     monkeypatch.setattr("identify.explain.select.told_by_one", lambda *_: True)
     _, final, rounds = selected(bench, start, lambda sentence, share: None)
     assert (len(final.effects), len(rounds)) == (1, 1)  # one thing is not two
+
+
+@pytest.mark.parametrize(("left", "beside", "noise_left", "found"), [
+    (9e5, 0.0, 0.0, True), (0.0, 0.0, 0.0, False), (9e5, 0.0, 0.5, False), (9e5, 5e6, 0.0, False),
+])  # fmt: skip
+def test_beside_a_law_that_did_best_by_doing_part_of_anothers_nothing_is_found_and_the_others_are_asked(
+    bench: Bench, left: float, beside: float, noise_left: float, found: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A heated resistor did most of a soft saturation and of a bent capacitor: it was named alone, with 0.8."""
+    start = replace(bench.fitted(bench.plain, ()), chi2=1e7)
+
+    def with_laws(chi2: float, *effects: Effect) -> Hypothesis:
+        return replace(fitted(bench, *effects), chi2=chi2)
+
+    winner, other = with_laws(start.count + left, BYPASS), with_laws(start.count + 1.2e6 + beside, RAIL)
+    both = with_laws(start.count * (1.0 + noise_left), RAIL, BYPASS)
+    first, second = Round(start, 8, (winner, other)), Round(winner, 8, ())
+    asked: list[tuple[Hypothesis, float]] = []
+
+    def considered(_: Bench, base: Hypothesis, least: float) -> Round:
+        asked.append((base, least))
+        return Round(base, 8, (both,))
+
+    monkeypatch.setattr(Bench, "round", considered)
+    rounds, (_, then) = _from_another(bench, first, second)
+    assert asked == ([(other, 0.5 * (other.chi2 - other.count))] if left and not beside else [])
+    assert (then.best is both) is found
+    assert (rounds.tried == (other,)) is found  # what misled is no rival
+    if not found:
+        assert (rounds, then) == (first, second)
