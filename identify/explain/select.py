@@ -75,11 +75,12 @@ def _from_another(bench: Bench, first: Round, second: Round) -> tuple[Round, tup
     """
     if not second.base.proven:
         return first, (bench, second)
-    alone = second.base
-    others, least = first.without(alone.effects[-1]), MOSTLY * (first.base.chi2 - alone.chi2)
+    alone, law = second.base, second.base.effects[-1]  # beside which the others explain too little
+    others, least = first.without(law), MOSTLY * (first.base.chi2 - alone.chi2)
     likely = [h for h in others.kinds if first.base.chi2 - h.chi2 > least][:OTHERS]
     for h in map(bench.again, likely):
         there, found = decided(bench, bench.round(h, MOSTLY * (h.chi2 - h.count)))
+        found = found.without(law)
         if found.best is not None and not found.best.proven and found.best.chi2 < alone.chi2:
             return others, (there, found)
     return first, (bench, second)
