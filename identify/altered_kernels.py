@@ -154,7 +154,7 @@ def _rest(speed: float, unit: float, rests: Array) -> float:
     if not speed > 0.0:
         return np.inf
     root = np.sqrt(np.sqrt(speed))
-    at = root / (1.0 + root) * rests.size
+    at = root / (1.0 + root) * rests.size if root < np.inf else float(rests.size)
     i = min(int(at), rests.size - 2)
     return float(unit * (rests[i] + (at - i) * (rests[i + 1] - rests[i])))
 

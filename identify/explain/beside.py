@@ -44,7 +44,7 @@ def selected_either(bench: Bench, plain: Hypothesis, note: Note, may_wander: boo
     What is foretold is believed before what acts by chance. Where that wins a round, or most of what a winner leaves
     is another in every repeat, it is asked at once whether the noise is there; where it is found all the same and
     ratchets nothing, what is missing is selected without it. Where next to all that is left comes back with every
-    repeat, it is not asked.
+    repeat, it is not asked; where repeats clearly differ and no law promises to foretell that, it is asked first.
     """
     asked = cache(lambda: selected_beside(bench, plain, note) if may_wander else None)
     if may_wander and _is_another(bench, plain) and (beside := asked()) is not None:

@@ -38,11 +38,19 @@ class Talk:
             talk.halt()
 
     def halt(self) -> None:
-        """Halt the device; as a host would, say it again until it is answered: a board that starts hears nothing."""
+        """Halt the device; as a host would, say it again until it is answered: a board that starts hears nothing.
+
+        One that was only slow answers every time: what comes late is waited for, or a test would hear it.
+        """
         number = next(self._numbers)
-        for _ in range(round(PATIENCE_S / AGAIN_S)):
+
+        def replies() -> int:
+            return sum((f.kind, f.number) == (Kind.REPLY, number) for f in self.heard)
+
+        for said in range(1, round(PATIENCE_S / AGAIN_S) + 1):
             self.say(Frame(Kind.COMMAND, number, b"HALT"))
-            if self.until(lambda: any((f.kind, f.number) == (Kind.REPLY, number) for f in self.heard), AGAIN_S):
+            if self.until(lambda: replies() > 0, AGAIN_S):
+                self.until(lambda: replies() == said, 2.0 * AGAIN_S)  # noqa: B023 - called at once
                 return
         raise AssertionError("no reply to 'HALT'")
 

@@ -86,3 +86,14 @@ def test_contacts_that_shake_side_by_side_are_the_mean_of_each_alone(hold):
     together = mean_level(v, 0.05 * HALF_GAP_V, 0.3, "low-pass", contacts, hold)
     assert np.ptp(each, axis=0).max() > 0.1 * HALF_GAP_V
     assert np.allclose(together, np.mean(each, axis=0), rtol=0.0, atol=1e-12)
+
+
+def test_a_border_that_has_run_away_asks_for_no_place_outside_a_table():
+    """Where a trial of a fit overflows, a border jumps to infinity, and w goes with it."""
+    v = np.array([0.0, 0.1, np.inf, np.inf])
+    with np.errstate(invalid="ignore"):
+        w = mean_level(v, 0.05, 0.3, "white")
+    assert np.all(np.isfinite(w[:2]))
+    assert np.all(np.isinf(w[2:]))
+    table = rests("white")
+    assert altered_kernels._rest(np.inf, 1.0, table) == pytest.approx(table[-1])
