@@ -17,10 +17,8 @@ from identify.explain.exchange import swapped
 from identify.explain.explanation import Alternative
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located
-from identify.explain.round import Round
-from identify.stage import Place
+from identify.explain.round import Kind, Round, kind_of
 
-Kind = tuple[str, Place]
 MENTIONED = 0.02  # an alternative less likely than this is excluded
 MOST = 3  # names in all
 WEIGHED = 8  # rivals that are fitted beside the other effects found
@@ -34,12 +32,12 @@ def odds(
     bench: Bench, final: Hypothesis, effect: Effect, rounds: list[Round], beyond: Located
 ) -> tuple[float, tuple[Alternative, ...]]:
     """Return the probability of one effect of the final hypothesis, and what could stand in its place."""
-    own = _kind(effect)
+    own = kind_of(effect)
     weights: dict[Kind, float] = {}
     told = _information(effect, rounds)
     for other, rival in _rivals(bench, final, effect, rounds):
         weight = exp(min(0.5 * _ahead(bench, rival, final, told), 0.0))
-        weights[_kind(other)] = max(weights.get(_kind(other), 0.0), weight)
+        weights[kind_of(other)] = max(weights.get(kind_of(other), 0.0), weight)
     if bench.plain.stage_of(Play) is not None:
         weights |= dict.fromkeys(_equals(final, effect), 1.0)
     weights.pop(own, None)
@@ -65,7 +63,7 @@ def ordinary(bench: Bench, final: Hypothesis, effect: Effect) -> bool:
 
 def _equals(final: Hypothesis, effect: Effect) -> list[Kind]:
     """Return what gives the same data as an effect, whatever is played: no fit need tell that."""
-    beside = {_kind(other) for other in final.effects}  # a chain has no effect twice at a place
+    beside = {kind_of(other) for other in final.effects}  # a chain has no effect twice at a place
     kinds = [(c.id, c.there or catalogue()[c.id].places[0]) for c in effect.equals]
     return [kind for kind in kinds if kind not in beside]
 
@@ -121,7 +119,7 @@ def _rivals(bench: Bench, final: Hypothesis, effect: Effect, rounds: list[Round]
         return []
     beside = [other for other in final.effects if other != effect]
     later = [h for h in step.undecided if not any(h is other for other in step.near)] if beside else []
-    able = [h for h in (*step.near, *later) if _kind(h.effects[-1]) != _kind(effect)]
+    able = [h for h in (*step.near, *later) if kind_of(h.effects[-1]) != kind_of(effect)]
     near = [h for h in able if h.effects[-1].fits(beside)][:WEIGHED]
     if not beside:
         return [(h.effects[-1], h) for h in near]
@@ -143,12 +141,7 @@ def _information(effect: Effect, rounds: list[Round]) -> float:
 def _round_of(effect: Effect, rounds: list[Round]) -> Round | None:
     """Return the round that chose ``effect`` or what it was exchanged for, None when there is none."""
     for number, step in enumerate(rounds):
-        kinds = [_kind(other) for other in step.best.effects] if step.best else []
-        if _kind(effect) in kinds:
-            return rounds[min(kinds.index(_kind(effect)), number)]  # a round may choose two in the place of one
+        kinds = [kind_of(other) for other in step.best.effects] if step.best else []
+        if kind_of(effect) in kinds:
+            return rounds[min(kinds.index(kind_of(effect)), number)]  # a round may choose two in the place of one
     return None
-
-
-def _kind(effect: Effect) -> Kind:
-    """Return what an effect is and where, whatever its form."""
-    return effect.id, effect.place

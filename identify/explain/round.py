@@ -12,6 +12,7 @@ from identify.explain.hypothesis import Hypothesis, is_discovery
 from identify.explain.promise import Pair, Promise
 from identify.stage import Place
 
+Kind = tuple[str, Place]
 LOOKED_AT = 16  # candidates whose own parameters are fitted to first order
 PAIRED = 32  # candidates that are asked for what they promise by twos
 HOPEFUL = 0.03  # share of the best promise at its start below which a candidate is not looked at
@@ -68,23 +69,23 @@ class Round:
         The winner's own values may stand in for what is not found yet.
         """
         left = max((h.chi2 - h.count for h in self.tried[:1]), default=0.0)
-        found: dict[tuple[str, Place], Hypothesis] = {}
+        found: dict[Kind, Hypothesis] = {}
         for h in self.tried:
             if self.lead(h) > HOPELESS or h.chi2 - self.tried[0].chi2 < left:
-                found.setdefault(_kind(h), h)
+                found.setdefault(kind_of(h.effects[-1]), h)
         return tuple(found.values())
 
     def without(self, law: Effect) -> "Round":
         """Return the round without a law, at its place, and what acts by chance."""
-        others = (h for h in self.tried if h.swell == 1.0 and _kind(h) != (law.id, law.place))
+        others = (h for h in self.tried if h.swell == 1.0 and kind_of(h.effects[-1]) != kind_of(law))
         return replace(self, tried=tuple(others), settled=None)
 
     @property
     def kinds(self) -> tuple[Hypothesis, ...]:
         """Return the best of every kind."""
-        found: dict[tuple[str, Place], Hypothesis] = {}
+        found: dict[Kind, Hypothesis] = {}
         for h in self.tried:
-            found.setdefault(_kind(h), h)
+            found.setdefault(kind_of(h.effects[-1]), h)
         return tuple(found.values())
 
     @property
@@ -101,9 +102,9 @@ class Round:
         return winner if winner.gains_enough(self.base) else None
 
 
-def _kind(hypothesis: Hypothesis) -> tuple[str, Place]:
-    """Return which law a hypothesis has beside its base, and where."""
-    return hypothesis.effects[-1].id, hypothesis.effects[-1].place
+def kind_of(effect: Effect) -> Kind:
+    """Return what an effect is and where, whatever its form."""
+    return effect.id, effect.place
 
 
 def ranked(base: Hypothesis, tried: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:
@@ -139,7 +140,7 @@ def hopeful(screened: Sequence[Candidate], runs: int) -> list[Candidate]:
     best = max((c.gain for c in screened), default=0.0)
     kept: list[Candidate] = []
     for candidate in screened:
-        same = [c for c in kept if (c.effect.id, c.effect.place) == (candidate.effect.id, candidate.effect.place)]
+        same = [c for c in kept if kind_of(c.effect) == kind_of(candidate.effect)]
         rival = all(candidate.gain > 0.6 * c.gain and c.effect.form != candidate.effect.form for c in same)
         told = candidate.gain > HOPEFUL * best and chance(candidate, candidate.gain, runs) < DOUBTFUL
         if told and len(same) < 2 and (not same or rival):
@@ -187,14 +188,14 @@ def lagging(
     best = min(tried, key=lambda h: h.chi2, default=base)
     if there <= 0.0 or base.chi2 - best.chi2 > WHOLE * there:
         return []
-    fitted = {(h.effects[-1].id, h.effects[-1].place) for h in tried}
+    fitted = {kind_of(h.effects[-1]) for h in tried}
 
     def late(effect: Effect) -> bool:
         return effect.lags or (wanders and effect.by_chance)
 
-    found: dict[tuple[str, Place], Candidate] = {}
-    for c in (c for c in screened if late(c.effect) and (c.effect.id, c.effect.place) not in fitted):
-        found.setdefault((c.effect.id, c.effect.place), c)
+    found: dict[Kind, Candidate] = {}
+    for c in (c for c in screened if late(c.effect) and kind_of(c.effect) not in fitted):
+        found.setdefault(kind_of(c.effect), c)
     return list(found.values())
 
 
