@@ -142,6 +142,10 @@ def test_means_of_what_wanders_are_made_as_white_as_its_readings():
     assert np.mean(white[1:] * white[:-1]) == pytest.approx(0.0, abs=0.03)
     bare = np.concatenate([o.used_residual(chain) / o.noise_v for o in few])
     assert np.mean(np.square(bare)) > 2.0  # beside the noise of means there is much that wanders
+    shown = thinned(every.fitted, wandering)  # as much of it shows in means, where a mismatch is looked for
+    assert shown.whole
+    assert [o.trace.rate_hz for o in shown.observations] == [o.trace.rate_hz for o in few]
+    assert all(o.colour.wander is not None for o in shown.observations)
 
 
 def test_noise_that_is_told_reading_by_reading_is_not_thinned():
