@@ -23,6 +23,7 @@ from identify.explain.sought import distinct, finer
 from identify.explain.suspect import Suspect, is_fine, with_alike
 from identify.explain.wander import MOSTLY, changes, unrepeated
 from identify.stage import Place
+from identify.trace import Array
 from identify.unnamed.correction import Correction
 from identify.unnamed.lines import OneLine
 
@@ -107,9 +108,9 @@ def foretells_all(bench: Bench, plain: Hypothesis) -> bool:
     """Return whether one law of free form foretells all that repeats differ by: nothing acts by chance then.
 
     A line free of the stimulus may: what the stimulus goes up and down with is no line in that, but a ripple promises
-    most of the misfit. One that goes on in front of the gap need not foretell all: it has overtones without end. Any
-    other law may where repeats differ so clearly that few weights cannot follow noise. It is not asked where nothing
-    that acts by chance is tried.
+    most of the misfit. One that goes on in front of the gap need not foretell all, in all runs together: it has
+    overtones without end. Any other law may where repeats differ so clearly that few weights cannot follow noise. It is
+    not asked where nothing that acts by chance is tried.
     """
     if not _tries_chance(bench):
         return False
@@ -124,13 +125,17 @@ def foretells_all(bench: Bench, plain: Hypothesis) -> bool:
     likely = lines if promised or goes else []
     clearly = others if np.any(before > CLEARLY * chance) else []
     fitted = (pair for tried in (likely, clearly) if tried for pair in _fitted(bench, plain, tried))
-    most = np.maximum(chance, (1.0 - FORETOLD) * before)
 
     def foretells(law: Correction, h: Hypothesis) -> bool:
-        left = most if goes and _is_of(law, line_hz) else chance
-        return bool(np.all(differ(h.fit.chain, bench.observations, plain.fit.chain)[0] <= left))
+        left = differ(h.fit.chain, bench.observations, plain.fit.chain)[0]
+        return bool(np.all(left <= chance)) or (goes and _is_of(law, line_hz) and _is_most(before, left))
 
     return any(foretells(*pair) for pair in fitted)
+
+
+def _is_most(before: Array, left: Array) -> bool:
+    """Return whether a law takes most of what repeats differ by, in all of them together, in units of chi-squared."""
+    return float(np.sum(left)) <= (1.0 - FORETOLD) * float(np.sum(before))
 
 
 def _is_of(law: Correction, line_hz: float) -> bool:
