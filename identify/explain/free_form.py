@@ -18,8 +18,10 @@ from identify.explain.race import KEPT
 from identify.explain.side_by_side import ITERATIONS, fitted_from, raced
 from identify.explain.sought import distinct, finer, of_one, one_again, relevelled, retimed, retuned
 from identify.explain.steady import steady
+from identify.explain.suddenly import from_a_run_on, in_breaks
 from identify.explain.suspect import LARGE, LEVEL, Suspect, contenders, is_fine, overlooked, unexplained
 from identify.explain.wander import all_wanders
+from identify.fit import total_chi_squared
 from identify.unnamed.correction import Correction
 from identify.unnamed.lines import Line, Wave
 from identify.unnamed.maps import BrokenMap, LevelTable
@@ -77,7 +79,8 @@ class GoneOn:
 
     def __call__(self, bench: Bench, base: Hypothesis) -> tuple[Correction, Hypothesis]:
         """Return what it has become, and the fit on top of a hypothesis."""
-        return with_overtones(bench, base, *slid_on(bench, base, self.correction, self.begun))
+        law, fitted = slid_on(bench, base, self.correction, self.begun)
+        return with_overtones(bench, base, *between_runs(bench, base, law, fitted))
 
 
 def begun(bench: Bench, base: Hypothesis) -> Begun:
@@ -223,6 +226,24 @@ def _slid(
     if isinstance(law, Sudden | SuddenDynamics):
         return retimed(bench.evidence(fitted), base.fit.chain, law)
     return retuned(bench.evidence(fitted), base.fit.chain, law) if law.searched or of_one(law) else None
+
+
+def between_runs(
+    bench: Bench, base: Hypothesis, law: Correction, fitted: Hypothesis
+) -> tuple[Correction, Hypothesis]:
+    """Return a fitted gain that leapt between two runs, as far as the data tell, as the one that holds in every run.
+    """
+    found = fitted.fit.chain.values
+    plain, weights = base.fit.chain.with_values(found), {p.name: found[p.name] for p in law.parameters()}
+    known = total_chi_squared(fitted.fit.chain, bench.observations)
+    there = [
+        (total_chi_squared(one.put_in(plain, weights), bench.observations) - 2.0 * odds, from_a_run_on(one))
+        for one, odds in in_breaks(law, bench.observations)
+    ]
+    left, since = min(there, key=lambda pair: pair[0], default=(known, law))
+    if left >= known:
+        return law, fitted
+    return since, bench.fitted(since.put_in(plain, weights), base.effects, ITERATIONS)
 
 
 def with_overtones(

@@ -4,8 +4,10 @@ What comes in at a moment does nearly what it would do from the beginning, kept 
 looked at by sums over windows, and only around the likeliest is it simulated.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import pairwise
+from math import log1p
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,13 +16,16 @@ from identify.discretise import Matrix
 from identify.evidence import Evidence
 from identify.explain.corrections import free_name, slowest_s
 from identify.first_order import Cube
+from identify.observe import Observation
+from identify.stage import Place
 from identify.trace import Array
 from identify.unnamed.correction import Correction
-from identify.unnamed.sudden import SUDDEN, SuddenDynamics
+from identify.unnamed.sudden import SUDDEN, GainSince, SuddenDynamics, SuddenGain
 
 Indices = NDArray[np.intp]
 WINDOW_S = 0.05
 ENDS = 0.05  # of all readings, that are before a moment at least, and after it
+SHORTEST_S = 1e-3  # of what a moment is away from a break
 LAGS = 3  # time constants of dynamics that change
 SEEN = 1e-9  # eigenvalues below this share of the largest are not told by the data
 
@@ -40,6 +45,27 @@ def suddenly(evidence: Evidence) -> Iterator[tuple[Correction, float]]:
             gains = np.where(later, _gains(evidence, law, order, starts), 0.0)
             best = int(np.argmax(gains))
             yield replace(law, knots=(*law.knots[:-1], float(clock_s[best]))), float(gains[best])
+
+
+def in_breaks(law: Correction, observations: Sequence[Observation]) -> list[tuple[Correction, float]]:
+    """Return a gain that leaps as it would in the breaks between runs next to its moment, and the log odds of each.
+
+    A moment that may be any is as much likelier in a break as that is longer than what it is away from there. Nothing
+    for another law: rigs start at rest, so that one that adds something is not passed on as it is.
+    """
+    if type(law) is not SuddenGain:
+        return []
+    spans = sorted((o.trace.start_s, o.trace.start_s + o.trace.size / o.trace.rate_hz) for o in observations)
+    breaks = [(stop, start) for (_, stop), (start, _) in pairwise(spans) if stop < start]
+    away = [max(stop - law.knots[-1], law.knots[-1] - start, SHORTEST_S) for stop, start in breaks]
+    near = sorted(zip(away, breaks, strict=True))[:2]
+    return [(replace(law, knots=(0.5 * (stop + start),)), log1p((start - stop) / by)) for by, (stop, start) in near]
+
+
+def from_a_run_on(law: Correction) -> Correction:
+    """Return a gain that leaps between two runs as the one that holds in every run, behind the linear block."""
+    behind = {Place.SOURCE: Place.G1, Place.F: Place.SENSE}.get(law.place, law.place)
+    return GainSince(behind, law.knots, law.name)
 
 
 def _laws(evidence: Evidence) -> Iterator[Correction]:

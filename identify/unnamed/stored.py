@@ -22,7 +22,7 @@ from identify.unnamed.maps import BrokenMap, LevelMap, LevelTable, OuterMap, Sou
 from identify.unnamed.memory import BorderMap, Leak, Plateau
 from identify.unnamed.past import AFTER, Swiftness
 from identify.unnamed.rates import BorderOverRate, GainOverRate, GapOverRate, RateMap, Trailing
-from identify.unnamed.sudden import SUDDEN, SuddenDynamics
+from identify.unnamed.sudden import SUDDEN, GainSince, SuddenDynamics
 from identify.unnamed.timed import (
     Ageing,
     GainInRun,
@@ -48,7 +48,7 @@ EVERY: tuple[type[Correction], ...] = (
     GapOverRate, BorderOverRate, Trailing, Filter, SlowFilter, OneWay, Bypass, Hysteresis, Relays, Sticking, Giving,
     Kicking, AfterContact, AfterEither, AfterImpact, Plateau, *FARTHEST, *SINCE, OffsetOverClock,
     OffsetSteps, OffsetInRun, Moments, GainOverClock, GainSteps, GainInRun, GapOverClock, GapSteps, GapInRun,
-    LeadOverClock, LeadSteps, LeadInRun, Ageing, *SUDDEN, SuddenDynamics, Line, Wave,
+    LeadOverClock, LeadSteps, LeadInRun, Ageing, *SUDDEN, GainSince, SuddenDynamics, Line, Wave,
     Ripple, Flutter, GapRipple, *AFTER, Swiftness,
 )  # fmt: skip
 KINDS = {kind.form: kind for kind in EVERY}

@@ -1,12 +1,13 @@
 """Which laws come in at one moment of the clock and stay: a joint that cracks, a part that somebody touches?"""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from identify.stage import Block, Grid, Place, Run, Values
 from identify.trace import Array
-from identify.unnamed.timed import Ageing
+from identify.unnamed.timed import Ageing, passed_on
 from identify.unnamed.what import Gain, Gap, Going, Offset
 
 
@@ -36,7 +37,7 @@ class SuddenOffset(Sudden, Offset):
     form = "sudden offset"
     kind = "an offset that is there from one moment on"
     equation = "s' = s + c for t >= T, T the knot, t the clock"
-    places = (Place.SOURCE, Place.G1, Place.F, Place.SENSE)
+    places: ClassVar[tuple[Place, ...]] = (Place.SOURCE, Place.G1, Place.F, Place.SENSE)
 
 
 @dataclass(frozen=True)
@@ -72,6 +73,21 @@ class SuddenDynamics(Ageing):
     def grown(self, block: Block) -> Array:
         """Return 1 from the moment on."""
         return np.where(block.time_s() >= self.knots[-1], 1.0, 0.0)
+
+
+@dataclass(frozen=True)
+class GainSince(SuddenGain):
+    """A gain that is another from one run on: it holds in every run, and so does as much in front of a linear block."""
+
+    form = "gain from a run on"
+    kind = "a gain that is another from one run on"
+    equation = "s' = s (1 + c) for t >= T, T the knot, between two runs, t the clock"
+    places = (Place.G1, Place.SENSE)
+
+    @property
+    def same_at(self) -> tuple[Place, ...]:
+        """Return the places at which this gives the same data, its own first."""
+        return (*super().same_at, *passed_on(self.place))
 
 
 SUDDEN = (SuddenOffset, SuddenGain, SuddenGap)

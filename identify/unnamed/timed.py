@@ -17,6 +17,11 @@ from identify.unnamed.correction import Correction
 from identify.unnamed.what import Gain, Gap, Going, Lead, Offset
 
 
+def passed_on(place: Place) -> tuple[Place, ...]:
+    """Return the place in front of G1 or G2 for what is behind: a linear block passes on a gain that holds in a run."""
+    return {Place.G1: (Place.SOURCE,), Place.SENSE: (Place.F,)}.get(place, ())
+
+
 @dataclass(frozen=True)
 class Timed(Going):
     """A course that is a table over time."""
@@ -31,8 +36,8 @@ class Timed(Going):
 
     @property
     def nearly_at(self) -> tuple[Place, ...]:
-        """Return the place before G1 or G2: what is slow goes through them as it is."""
-        return {Place.G1: (Place.SOURCE,), Place.SENSE: (Place.F,)}.get(self.place, ())
+        """Return the place before G1 or G2: what is slow goes through them nearly as it is."""
+        return passed_on(self.place)
 
     def only_knot(self, start_s: float, stop_s: float) -> int | None:
         """Return the index of the one knot that all between two clock times hangs on; None where several may be."""
@@ -106,6 +111,16 @@ class GainSteps(GainOverClock):
     kind = "a gain that changes between runs"
     equation = "s' = s (1 + c(t)), c held from knot to knot, t the clock"
     counted = "holds"
+
+    @property
+    def same_at(self) -> tuple[Place, ...]:
+        """Return the places at which this gives the same data, its own first."""
+        return (*super().same_at, *passed_on(self.place))
+
+    @property
+    def nearly_at(self) -> tuple[Place, ...]:
+        """Return no other place."""
+        return ()
 
 
 @dataclass(frozen=True)

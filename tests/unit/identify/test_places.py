@@ -14,7 +14,7 @@ from identify.explain.bench import Bench
 from identify.explain.entered import entered
 from identify.explain.locate import LIKELY, Located, doubted, entered_at, located
 from identify.explain.sought import one_again
-from identify.explain.suddenly import WINDOW_S, suddenly
+from identify.explain.suddenly import WINDOW_S, from_a_run_on, in_breaks, suddenly
 from identify.explain.suspects import suspects
 from identify.stage import Place
 from identify.unnamed.contact import Giving, Kicking
@@ -22,8 +22,16 @@ from identify.unnamed.hysteresis import Hysteresis
 from identify.unnamed.linear import Filter
 from identify.unnamed.past import GapAfterLoad, GapAfterUse, Swiftness
 from identify.unnamed.rates import GainOverRate, RateMap
-from identify.unnamed.sudden import Sudden
-from identify.unnamed.timed import GainOverClock, GainSteps, GapOverClock, OffsetInRun, OffsetOverClock, Timed
+from identify.unnamed.sudden import GainSince, Sudden, SuddenDynamics, SuddenGain
+from identify.unnamed.timed import (
+    GainOverClock,
+    GainSteps,
+    GapOverClock,
+    OffsetInRun,
+    OffsetOverClock,
+    OffsetSteps,
+    Timed,
+)
 from identify.unnamed.what import Offset
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
@@ -154,15 +162,18 @@ def test_linear_dynamics_are_the_same_on_either_side_of_a_linear_block() -> None
     assert told.alternatives()[0] is Place.SENSE
 
 
-@pytest.mark.parametrize("kind", [OffsetOverClock, GainOverClock, GainSteps, OffsetInRun])
-def test_what_is_slow_is_the_same_on_either_side_of_a_linear_block(kind: type[Timed]) -> None:
-    """A gain that goes with the clock passes G1 as it is: the source may have it."""
+@pytest.mark.parametrize(("kind", "exact"), [
+    (OffsetOverClock, False), (GainOverClock, False), (OffsetInRun, False),
+    (OffsetSteps, False), (GainSteps, True), (GainSince, True),
+])  # fmt: skip
+def test_what_is_slow_is_the_same_on_either_side_of_a_linear_block(kind: type[Timed | GainSince], exact: bool) -> None:
+    """A gain that goes with the clock passes G1 nearly as it is, one that holds in every run exactly so."""
     told = {place: kind(place, (0.0, 1.0)) for place in kind.places}
     added = (Place.F,) if issubclass(kind, Offset) else ()  # to v, which is either border moved as far
     assert told[Place.G1].like_at == (Place.G1, *added, Place.SOURCE)
     assert told[Place.SENSE].like_at == (Place.SENSE, Place.G2, Place.F)
-    assert told[Place.G1].same_at == (Place.G1, *added)
-    assert told[Place.SENSE].same_at == (Place.SENSE, Place.G2)
+    assert told[Place.G1].same_at == (Place.G1, *added, *((Place.SOURCE,) if exact else ()))
+    assert told[Place.SENSE].same_at == (Place.SENSE, Place.G2, *((Place.F,) if exact else ()))
 
 
 def test_what_shows_only_while_f_moves_may_have_entered_in_front_of_it() -> None:
@@ -205,6 +216,29 @@ def test_the_moment_at_which_something_came_in_is_known_to_the_sample() -> None:
     told = planted("gain of u by moment, straight")
     assert told.best.knots[-1] == pytest.approx(3.03, abs=1.5e-4)
     assert told.places[Place.SOURCE] > 5.0 * told.places[Place.G1] > 0.0
+
+
+@pytest.mark.parametrize("law", ["gain of u by moment, straight", "gain of v by moment, straight"])
+def test_what_came_in_between_two_runs_is_told_as_from_a_run_on(law: str) -> None:
+    """The source and G1 give exactly the same data then, and the moment is nowhere in particular."""
+    told = found(WALK, WAVE, SMALL, AGAIN, physics=Concealed(law, {**AROUND, "k": 0.1, "moment": 2.0}))
+    assert (told.best.form, told.best.place) == ("gain from a run on", Place.G1)
+    assert told.best.knots == pytest.approx((0.5 * (WALK.u.size * 1e-4 + 3.0),), abs=1e-3)
+    assert told.best.same_at == (Place.G1, Place.SOURCE)
+    assert told.places[Place.G1] > told.places[Place.SOURCE] > LIKELY
+    assert [c.exact for c in entered(told, unproven=False) if c.stage == "source"] == [True]
+
+
+def test_a_moment_may_be_that_of_a_break_beside_it_the_more_the_nearer_it_is() -> None:
+    there = bench_of(WALK, WAVE, SMALL, AGAIN, physics=Concealed("gain of v by moment, straight", {**AROUND, "k": 0.0}))
+    starts = [o.trace.start_s for o in there.observations]
+    near, far = (in_breaks(SuddenGain(Place.SOURCE, (starts[2] + by,)), there.observations) for by in (0.01, 0.05))
+    assert len(near) == len(far) == 2
+    assert starts[1] < near[0][0].knots[0] < starts[2] < near[1][0].knots[0] < starts[3]
+    assert near[0][1] > far[0][1] > 0.0
+    assert far[1][1] > near[1][1] > 0.0
+    assert from_a_run_on(near[0][0]) == GainSince(Place.G1, near[0][0].knots)
+    assert in_breaks(SuddenDynamics(Place.G1, (1e-3, 20.0)), there.observations) == []
 
 
 def test_a_moment_is_sought_only_where_more_than_chance_would_be_there() -> None:

@@ -1,6 +1,7 @@
 """Is physics without a name placed, stored, read back and played like any other?"""
 
 import json
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -26,7 +27,7 @@ from identify.unnamed.past import (
     OffsetAfterUse,
 )
 from identify.unnamed.stored import KINDS, correction_of
-from identify.unnamed.sudden import SuddenDynamics, SuddenGain
+from identify.unnamed.sudden import GainSince, SuddenDynamics, SuddenGain, SuddenOffset
 from identify.unnamed.turned import GainAfterFarthest, GapAfterTurn, OffsetSinceTurn
 from rig.rigfile import model_to_dict, model_to_yaml, parse_rig
 from tests.proof.rigs import OP_AMP
@@ -173,6 +174,24 @@ def test_what_comes_in_at_a_moment_is_all_there_from_it_on() -> None:
     dynamics, early = (SuddenDynamics(Place.G2, (0.01, moment)).summed((0.3,), grid)(block) for moment in (5.1, 4.0))
     assert np.array_equal(dynamics, np.where(at >= 5.1, early, signal))
     assert np.abs(early - signal).max() > 0.01
+
+
+@pytest.mark.parametrize(("place", "in_front"), [(Place.G1, Place.SOURCE), (Place.SENSE, Place.F)])
+def test_a_gain_that_leaps_between_two_runs_is_the_same_in_front_of_a_linear_block(
+    place: Place, in_front: Place
+) -> None:
+    """In both runs, to rounding; one that leaps during the second is not, nor is a zero: rigs start at rest."""
+    runs = [WALK, replace(WALK, name="again", start_s=10.0)]
+
+    def apart(*laws: Correction) -> float:  # both blocks have a gain of 1 at rest
+        chains = [law.put_in(PLAIN, {law.parameters()[0].name: 0.1}) for law in laws]
+        return max(float(np.abs(np.subtract(*(simulate(chain, run) for chain in chains))).max()) for run in runs)
+
+    assert in_front in GainSince(place, (5.0,)).same_at
+    assert in_front not in SuddenGain(place, (5.0,)).like_at
+    assert apart(GainSince(place, (5.0,)), SuddenGain(in_front, (5.0,))) < 1e-9
+    assert apart(GainSince(place, (10.1,)), SuddenGain(in_front, (10.1,))) > 1e-4
+    assert apart(SuddenOffset(place, (5.0,)), SuddenOffset(in_front, (5.0,))) > 1e-2
 
 
 def test_a_curve_goes_through_its_knots_and_on_straight() -> None:
