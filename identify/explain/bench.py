@@ -17,7 +17,7 @@ from identify.effects.effect import Effect
 from identify.evidence import Evidence, evidence_of
 from identify.explain.chance import scatters_more
 from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
-from identify.explain.round import Round, richer
+from identify.explain.round import Round, kind_of, richer
 from identify.explain.screen import RoundOf
 from identify.explain.searching import ENOUGH, Searching
 from identify.explain.suspect import Suspect, explainable
@@ -204,13 +204,14 @@ class Bench:
             bench = bench.refined(hypothesis.fit.chain) if hypothesis.swell == 1.0 else bench
         return bench
 
-    def round(self, base: Hypothesis, least: float = 0.0) -> Round:
+    def round(self, base: Hypothesis, least: float = 0.0, unwanted: Effect | None = None) -> Round:
         """Screen effects on the residual of ``base`` and fit those that promise most, ``least`` in chi-squared.
 
-        Where no correction of free form finds even a hint of anything, those that may show to none are screened alone.
-        Of what acts by chance that is not asked: first order foresees the mean of it alone.
+        One that is ``unwanted`` is left out at its place, and with it what acts by chance. Where no correction of free
+        form finds even a hint of anything, those that may show to none are screened alone. Of what acts by chance that
+        is not asked: first order foresees the mean of it alone.
         """
-        return self.remembered(RoundOf(self.kinds, least), base)
+        return self.remembered(RoundOf(self.kinds, least, kind_of(unwanted) if unwanted else None), base)
 
     def possible(self, hypothesis: Hypothesis) -> bool:
         """Return whether its effects are there, parts could be so, and none implies more scatter than there is.

@@ -17,8 +17,10 @@ from identify.explain.race import doubled, raced
 from identify.explain.round import (
     LOOKED_AT,
     PAIRED,
+    Kind,
     Round,
     hopeful,
+    kind_of,
     lagging,
     outdone,
     passed_over,
@@ -35,15 +37,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RoundOf:
-    """Which laws of some kinds explain most, and more than ``least`` of chi-squared?"""
+    """Which laws of some kinds explain most, and more than ``least`` of chi-squared, one ``unwanted`` left out?
+
+    Where one is, the law that is looked for has to do nearly all there is, and nothing is fitted that promises less.
+    """
 
     kinds: tuple[type[Effect], ...]
     least: float
+    unwanted: Kind | None = None
 
     def __call__(self, bench: "Bench", base: Hypothesis) -> Round:
         """Return what was screened and fitted on top of a hypothesis."""
         evidence = bench.evidence(base)
-        screened = candidates(evidence, _worth_a_look(bench, base))
+        screened = [c for c in candidates(evidence, _worth_a_look(bench, base)) if self._wanted(c.effect)]
         looks = max(len(screened), sum(len(list(kind.variants())) for kind in self.kinds))
         runs = len(bench.observations)
         likely = hopeful(screened, runs)
@@ -51,6 +57,8 @@ class RoundOf:
         scattered = base.proven > 0.0
         hopes = [p for p in hopes if p.gain + p.slack > self.least or (scattered and p.candidate.effect.by_chance)]
         worth = promising(hopes, looks, runs)
+        if self.unwanted is not None and not worth:
+            return Round(base, looks, ())
         tried = raced(bench, base, worth)
         late = outdone(hopes, worth, base.chi2 - min((h.chi2 for h in tried), default=base.chi2)) if tried else []
         worth, tried = [*worth, *late], doubled(bench, base, [*tried, *raced(bench, base, late, tried)], self.least)
@@ -68,6 +76,10 @@ class RoundOf:
         others = [Promise(c, c.effect.put_in(evidence.chain, c.values), c.gain) for c in likely[LOOKED_AT:PAIRED]]
         pairs = () if complete else together(evidence, [*hopes, *others])
         return Round(base, looks, ranked(base, fitted), None, passed_over(hopes, worth), pairs)
+
+    def _wanted(self, effect: Effect) -> bool:
+        """Return whether a law is looked at: where one is left out, so is what acts by chance."""
+        return self.unwanted is None or not (effect.by_chance or kind_of(effect) == self.unwanted)
 
 
 def _worth_a_look(bench: "Bench", base: Hypothesis) -> tuple[type[Effect], ...]:

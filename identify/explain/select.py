@@ -19,9 +19,9 @@ from identify.explain.suspect import is_fine
 from identify.explain.wander import all_wanders
 
 MOST_EFFECTS = 3
-ALL = 0.8  # of what is left, that a law has to explain together with as many like it as may follow
+ALL = 0.8  # of what is left, that a law has to explain together with as many like it as may follow, the last alone
 FAR_LESS = 0.5  # of what laws leave, from below which a single correction shows that they are not the physics
-MOSTLY = 0.5  # share of what the best law explains alone that another must, and of what that leaves, one beside it
+MOSTLY = 0.5  # share of what the best law explains alone, that another must
 OTHERS = 4  # laws beside which one more is looked for in the place of the best
 STUCK = 0.1  # share of what an effect explains that the plain model explains as well, fitted from there
 
@@ -79,7 +79,7 @@ def _from_another(bench: Bench, first: Round, second: Round) -> tuple[Round, tup
     others, least = first.without(law), MOSTLY * (first.base.chi2 - alone.chi2)
     likely = [h for h in others.kinds if first.base.chi2 - h.chi2 > least][:OTHERS]
     for h in map(bench.again, likely):
-        there, found = decided(bench, bench.round(h, MOSTLY * (h.chi2 - h.count)))
+        there, found = decided(bench, bench.round(h, ALL * (h.chi2 - h.count), law))
         found = found.without(law)
         if found.best is not None and not found.best.proven and found.best.chi2 < alone.chi2:
             return others, (there, found)

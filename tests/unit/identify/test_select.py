@@ -21,7 +21,16 @@ from identify.explain.race import DECISIVE
 from identify.explain.rivals import odds
 from identify.explain.round import Round, lagging, outdone, ranked, richer, unforeseen
 from identify.explain.searching import Searching
-from identify.explain.select import _belongs, _explainable, _from_another, _hopeless, _is_all, _settled, selected
+from identify.explain.select import (
+    ALL,
+    _belongs,
+    _explainable,
+    _from_another,
+    _hopeless,
+    _is_all,
+    _settled,
+    selected,
+)
 from identify.explain.suspect import Suspect
 from identify.explain.weights import Carried
 from identify.fit import Pull, chi_squared
@@ -703,16 +712,34 @@ def test_beside_a_law_that_did_best_by_doing_part_of_anothers_nothing_is_found_a
     winner, other = with_laws(start.count + left, best), with_laws(start.count + 1.2e6 + beside, RAIL)
     both = with_laws(start.count * (1.0 + noise_left), RAIL, BYPASS)
     first, second = Round(start, 8, (winner, other)), Round(winner, 8, ())
-    asked: list[tuple[Hypothesis, float]] = []
+    asked: list[tuple[Hypothesis, float, Effect]] = []
 
-    def considered(_: Bench, base: Hypothesis, least: float) -> Round:
-        asked.append((base, least))
+    def considered(_: Bench, base: Hypothesis, least: float, unwanted: Effect) -> Round:
+        asked.append((base, least, unwanted))
         return Round(base, 8, (both,))
 
     monkeypatch.setattr(Bench, "round", considered)
     rounds, (_, then) = _from_another(bench, first, second)
-    assert asked == ([(other, 0.5 * (other.chi2 - other.count))] if left and not beside else [])
+    assert asked == ([(other, ALL * (other.chi2 - other.count), best)] if left and not beside else [])
     assert (then.best is both) is found
     assert (rounds.tried == (other,)) is found  # what misled is no rival
     if not found:
         assert (rounds, then) == (first, second)
+
+
+def test_a_law_that_is_not_wanted_is_left_out_of_a_round_before_it_is_fitted(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """So is what acts by chance; where nothing promises enough no further question is asked."""
+    base = bench.fitted(bench.plain, ())
+    best = bench.round(base).tried[0].effects[-1]
+    others = bench.round(base, 0.0, best)
+    assert others.tried
+    assert best.id not in {h.effects[-1].id for h in others.tried if h.effects[-1].place is best.place}
+    assert not any(h.effects[-1].by_chance for h in others.tried)
+    asked: list[Hypothesis] = []
+    monkeypatch.setattr(Bench, "complete", lambda _, hypothesis: asked.append(hypothesis) or True)
+    assert bench.round(base, 2.0 * base.chi2, best).tried == ()
+    assert asked == []
+    assert bench.round(base, 2.0 * base.chi2).tried == ()
+    assert asked == [base]
