@@ -233,16 +233,16 @@ def between_runs(
 ) -> tuple[Correction, Hypothesis]:
     """Return a fitted gain that leapt between two runs, as far as the data tell, as the one that holds in every run.
     """
-    found = fitted.fit.chain.values
+    breaks = in_breaks(law, bench.observations)
+    if not breaks:
+        return law, fitted
+    found, known = fitted.fit.chain.values, total_chi_squared(fitted.fit.chain, bench.observations)
     plain, weights = base.fit.chain.with_values(found), {p.name: found[p.name] for p in law.parameters()}
-    known = total_chi_squared(fitted.fit.chain, bench.observations)
-    there = [
-        (total_chi_squared(one.put_in(plain, weights), bench.observations) - 2.0 * odds, from_a_run_on(one))
-        for one, odds in in_breaks(law, bench.observations)
-    ]
-    left, since = min(there, key=lambda pair: pair[0], default=(known, law))
+    there = [(total_chi_squared(c.put_in(plain, weights), bench.observations) - 2.0 * odds, c) for c, odds in breaks]
+    left, best = min(there, key=lambda pair: pair[0])
     if left >= known:
         return law, fitted
+    since = from_a_run_on(best)
     return since, bench.fitted(since.put_in(plain, weights), base.effects, ITERATIONS)
 
 
