@@ -106,7 +106,7 @@ def test_a_line_at_other_frequencies_goes_along_if_it_promises_nearly_as_much(mo
     assert [s.correction.knots for s in overlooked(large, large[1:3])] == [line.correction.knots, near.correction.knots]
     monkeypatch.setattr(beside, "finer", lambda evidence, found, noise: found)
     monkeypatch.setattr(free_form, "fitted_from", lambda bench, base, found: found)
-    for name in ("slid_on", "with_overtones"):
+    for name in ("slid_on", "between_runs", "with_overtones"):
         monkeypatch.setattr(free_form, name, lambda bench, base, law, fitted: (law, fitted))
     longest = SimpleNamespace(longest_s=2.0)
     bench = SimpleNamespace(evidence=lambda base: longest, remembered=lambda question, base: question(None, base))

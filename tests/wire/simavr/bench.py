@@ -44,6 +44,7 @@ TROUBLE = {1: "the output moved before the input was held", 2: "a byte was lost 
            4: "the controller stopped"}
 SIGNALS = {"reset": signal.SIGUSR1, "hang": signal.SIGUSR2}
 TURN_S, MOST_BYTES = 0.001, 4096
+LONGEST_TURN_S = 0.02  # of waiting for the host: longer, and the computer had no time for it
 _ARM = re.compile(rb"ARM (\d+) ")
 _ENDS = (b"HALT", b"SAFE")
 _RECORD, _ANSWER = struct.Struct("<4i"), struct.Struct("<i")
@@ -210,7 +211,7 @@ class _Host:
     def __init__(self, patience_s: float) -> None:
         self._patience_s, self._reader = patience_s, FrameReader()
         self._total = self._fed = 0
-        self._fed_s = time.monotonic()
+        self._waited_s, self._asked_s = 0.0, time.monotonic()
 
     def said(self, data: bytes) -> None:
         """Note what the host sent."""
@@ -220,12 +221,15 @@ class _Host:
             elif frame.kind == Kind.COMMAND and frame.payload.startswith(_ENDS):
                 self._total = 0  # nothing more of that run comes: the board is not kept from answering
             elif frame.kind == Kind.OUTPUT:
-                self._fed, self._fed_s = frame.number + len(frame.payload) // 2, time.monotonic()
+                self._fed, self._waited_s = frame.number + len(frame.payload) // 2, 0.0
 
     def is_behind(self, played: int) -> bool:
-        """Return whether to wait for it."""
+        """Return whether to wait for it; while this process stood still, the host may have, too."""
+        now_s = time.monotonic()
+        self._waited_s += min(now_s - self._asked_s, LONGEST_TURN_S)
+        self._asked_s = now_s
         needed = min(self._total, played + UNO.output_fifo // 2)
-        return self._fed < needed and time.monotonic() - self._fed_s < self._patience_s
+        return self._fed < needed and self._waited_s < self._patience_s
 
 
 class _Cable:
