@@ -49,7 +49,7 @@ class RoundOf:
     def __call__(self, bench: "Bench", base: Hypothesis) -> Round:
         """Return what was screened and fitted on top of a hypothesis."""
         evidence = bench.evidence(base)
-        screened = [c for c in candidates(evidence, _worth_a_look(bench, base)) if self._wanted(c.effect)]
+        screened = [c for c in candidates(evidence, _worth_a_look(bench, base)) if self.wants(c.effect)]
         looks = max(len(screened), sum(len(list(kind.variants())) for kind in self.kinds))
         runs = len(bench.observations)
         likely = hopeful(screened, runs)
@@ -77,7 +77,7 @@ class RoundOf:
         pairs = () if complete else together(evidence, [*hopes, *others])
         return Round(base, looks, ranked(base, fitted), None, passed_over(hopes, worth), pairs)
 
-    def _wanted(self, effect: Effect) -> bool:
+    def wants(self, effect: Effect) -> bool:
         """Return whether a law is looked at: where one is left out, so is what acts by chance."""
         return self.unwanted is None or not (effect.by_chance or kind_of(effect) == self.unwanted)
 

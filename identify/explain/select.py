@@ -80,7 +80,6 @@ def _from_another(bench: Bench, first: Round, second: Round) -> tuple[Round, tup
     likely = [h for h in others.kinds if first.base.chi2 - h.chi2 > least][:OTHERS]
     for h in map(bench.again, likely):
         there, found = decided(bench, bench.round(h, ALL * (h.chi2 - h.count), law))
-        found = found.without(law)
         if found.best is not None and not found.best.proven and found.best.chi2 < alone.chi2:
             return others, (there, found)
     return first, (bench, second)

@@ -7,7 +7,7 @@ import numpy as np
 
 from identify.stage import Block, Grid, Place, Run, Values
 from identify.trace import Array
-from identify.unnamed.timed import Ageing, passed_on
+from identify.unnamed.timed import Ageing, PassedOn
 from identify.unnamed.what import Gain, Gap, Going, Offset
 
 
@@ -76,18 +76,13 @@ class SuddenDynamics(Ageing):
 
 
 @dataclass(frozen=True)
-class GainSince(SuddenGain):
-    """A gain that is another from one run on: it holds in every run, and so does as much in front of a linear block."""
+class GainSince(PassedOn, SuddenGain):
+    """A gain that is another from one run on."""
 
     form = "gain from a run on"
     kind = "a gain that is another from one run on"
     equation = "s' = s (1 + c) for t >= T, T the knot, between two runs, t the clock"
     places = (Place.G1, Place.SENSE)
-
-    @property
-    def same_at(self) -> tuple[Place, ...]:
-        """Return the places at which this gives the same data, its own first."""
-        return (*super().same_at, *passed_on(self.place))
 
 
 SUDDEN = (SuddenOffset, SuddenGain, SuddenGap)

@@ -23,6 +23,21 @@ def passed_on(place: Place) -> tuple[Place, ...]:
 
 
 @dataclass(frozen=True)
+class PassedOn(Gain):
+    """A gain that holds in every run: it is the same in front of a linear block and behind it."""
+
+    @property
+    def same_at(self) -> tuple[Place, ...]:
+        """Return the places at which this gives the same data, its own first."""
+        return (*super().same_at, *passed_on(self.place))
+
+    @property
+    def nearly_at(self) -> tuple[Place, ...]:
+        """Return no further place."""
+        return ()
+
+
+@dataclass(frozen=True)
 class Timed(Going):
     """A course that is a table over time."""
 
@@ -104,23 +119,13 @@ class GainOverClock(Timed, Gain):
 
 
 @dataclass(frozen=True)
-class GainSteps(GainOverClock):
+class GainSteps(PassedOn, GainOverClock):
     """A gain that is another from one run to the next."""
 
     form = "gain by runs"
     kind = "a gain that changes between runs"
     equation = "s' = s (1 + c(t)), c held from knot to knot, t the clock"
     counted = "holds"
-
-    @property
-    def same_at(self) -> tuple[Place, ...]:
-        """Return the places at which this gives the same data, its own first."""
-        return (*super().same_at, *passed_on(self.place))
-
-    @property
-    def nearly_at(self) -> tuple[Place, ...]:
-        """Return no other place."""
-        return ()
 
 
 @dataclass(frozen=True)

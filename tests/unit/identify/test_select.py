@@ -19,7 +19,8 @@ from identify.explain.promise import Pair, Promise
 from identify.explain.prune import simplified
 from identify.explain.race import DECISIVE
 from identify.explain.rivals import odds
-from identify.explain.round import Round, lagging, outdone, ranked, richer, unforeseen
+from identify.explain.round import Round, kind_of, lagging, outdone, ranked, richer, unforeseen
+from identify.explain.screen import RoundOf
 from identify.explain.searching import Searching
 from identify.explain.select import (
     ALL,
@@ -716,7 +717,7 @@ def test_beside_a_law_that_did_best_by_doing_part_of_anothers_nothing_is_found_a
 
     def considered(_: Bench, base: Hypothesis, least: float, unwanted: Effect) -> Round:
         asked.append((base, least, unwanted))
-        return Round(base, 8, (both,))
+        return Round(base, 8, (both,)).without(unwanted)
 
     monkeypatch.setattr(Bench, "round", considered)
     rounds, (_, then) = _from_another(bench, first, second)
@@ -736,7 +737,10 @@ def test_a_law_that_is_not_wanted_is_left_out_of_a_round_before_it_is_fitted(
     others = bench.round(base, 0.0, best)
     assert others.tried
     assert best.id not in {h.effects[-1].id for h in others.tried if h.effects[-1].place is best.place}
-    assert not any(h.effects[-1].by_chance for h in others.tried)
+    noise, wanted = catalogue()["process_noise"](Place.G1), RoundOf(bench.kinds, 0.0, kind_of(best))
+    elsewhere = type(best)(next(place for place in Place if place is not best.place))
+    assert [wanted.wants(law) for law in (best, elsewhere, noise)] == [False, True, False]
+    assert RoundOf(bench.kinds, 0.0).wants(noise)
     asked: list[Hypothesis] = []
     monkeypatch.setattr(Bench, "complete", lambda _, hypothesis: asked.append(hypothesis) or True)
     assert bench.round(base, 2.0 * base.chi2, best).tried == ()
