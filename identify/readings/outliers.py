@@ -22,20 +22,21 @@ JUMP = 0.02  # of the range of u: a step of the stimulus, at which a reading may
 AFTER_JUMP = 4  # samples
 Samples = NDArray[np.intp]  # numbers of samples
 MOSTLY, MOSTLY_SD = 0.95, float(norm.ppf(0.975))  # of readings, and within how many sd so many Gaussian ones lie
+SCATTER = 1.05  # sd of noise, of a reading off the median of the 17 it is among, by simulation of two million
 TO_SD = 1.0 / norm.ppf(0.75)  # a median deviation as a standard deviation
 AMONG = 0.930  # median deviation of Gaussian readings from the median of 17 over that from their mean, by simulation
 THRESHOLDS = (4.5, 5.0, 5.5, 6.5, 8.0)  # standard deviations
 FAR_ABOVE = 2.0  # times the threshold, beyond which readings stand far above the tail of any noise
 CONVINCING = 1e-6  # chance of so many readings that far out
 CONTRADICTED = 1e-3  # chance of so few of them on held-out readings
-FASTER = 1e-5  # chance of outliers at readings so fast, below which speed has to do with them
+BY_MOTION = 1e-5  # chance, or odds, of what comes by itself, below which motion has to do with it
 
 
 @dataclass(frozen=True)
 class Outliers:
     """Readings of one recording against those beside them: how far in V and in sd, the sd in V, and where judged.
 
-    ``moves`` is how fast the model says that they move, V a sample.
+    ``moves`` is how fast the model says that they move, V a sample, and ``rises`` that upwards.
     """
 
     trace: Trace
@@ -44,6 +45,7 @@ class Outliers:
     sd_v: float
     looked_at: Mask
     moves: Array
+    rises: Array
 
     def beyond(self, threshold: float) -> Samples:
         """Return which readings lie alone beyond a threshold, as numbers of samples."""
@@ -76,9 +78,10 @@ def outliers(trace: Trace, residual: Array, lsb_v: float = 0.0, evened: Array | 
         sd_v = _scatter(deviation[use], lsb_v)
     calm = TO_SD * median_filter(deviation, AROUND, mode="nearest") <= DISTURBED * sd_v
     answer = trace.y[:] - residual
-    moves = uniform_filter1d(np.abs(np.diff(answer, prepend=answer[:1])), BESIDE, mode="nearest")
+    rises = np.diff(answer, prepend=answer[:1])
+    moves = uniform_filter1d(np.abs(rises), BESIDE, mode="nearest")
     moves = np.maximum(moves, 0.0)  # where nothing moves a running sum ends below zero by its rounding
-    return Outliers(trace, off_v, alone / (sd_v or np.inf), sd_v, use & calm & ~_jumps(trace.u[:]), moves)
+    return Outliers(trace, off_v, alone / (sd_v or np.inf), sd_v, use & calm & ~_jumps(trace.u[:]), moves, rises)
 
 
 def _alone(residual: Array) -> Array:
@@ -156,11 +159,28 @@ class FarOut:
         """Return how long was looked, s."""
         return float(sum(np.count_nonzero(o.looked_at) / o.trace.rate_hz for o in self.runs))
 
+    @property
+    def by_motion(self) -> bool:
+        """Return whether motion has to do with them: what comes by itself meets readings of any speed.
+
+        Where nearly all move as fast, those that are the one before once more are no faster, but off by one step of it.
+        """
+        return self._faster or self._one_late
+
     @cached_property
-    def faster(self) -> bool:
+    def _faster(self) -> bool:
         """Return whether some move faster than others do: how fast what comes by itself meets them is chance."""
         ranks = np.concatenate([o.ranked(at) for o, at in zip(self.runs, self.out, strict=True)])
-        return float(gamma.sf(-np.sum(np.log1p(-ranks)), ranks.size)) < FASTER
+        return float(gamma.sf(-np.sum(np.log1p(-ranks)), ranks.size)) < BY_MOTION
+
+    @cached_property
+    def _one_late(self) -> bool:
+        """Return whether each is as far off as the reading before it is, likelier by far than one size either way."""
+        pairs = list(zip(self.runs, self.out, strict=True))
+        late, noise = np.concatenate([o.rises[out] for o, out in pairs]), SCATTER * self.noise_v
+        off, size = np.concatenate([o.off_v[out] for o, out in pairs]), np.median(self.sizes_v)
+        thrown, before = (0.5 * np.sum(np.square(rest / noise)) for rest in (np.abs(off) - size, off + late))
+        return bool(thrown + off.size * np.log(2.0) - before > -np.log(BY_MOTION))
 
     def chance_along(self, along: Sequence[Array]) -> float:
         """Return the chance that they stand as high as they do among all that were looked at, of values (N,) a run."""

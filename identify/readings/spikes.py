@@ -15,13 +15,12 @@ from scipy.stats import norm
 from identify.effects.effect import Confusion
 from identify.interval import Interval
 from identify.readings.blemish import Blemish
-from identify.readings.outliers import FAR_ABOVE, FarOut, Outliers, contradicted, poisson_rate
+from identify.readings.outliers import FAR_ABOVE, SCATTER, FarOut, Outliers, contradicted, poisson_rate
 from identify.stage import Parameter
 from identify.trace import Array, Mask
 
 ALONE = 1.0  # sd that spikes may be smaller than the threshold: else they are the tail of something else
-# Of Gaussian readings thrown far off, against the median of the 17 they are among, by simulation of two million:
-LEANT, SCATTER = 0.076, 1.05  # sd by which one draws that median along, and what scatters about its size
+LEANT = 0.076  # sd by which a Gaussian reading far off draws the median of the 17 it is among along, by simulation
 
 
 @final
@@ -49,7 +48,7 @@ def spikes(seen: FarOut | None, proof: Sequence[Outliers]) -> tuple[tuple[Spikes
     That is infinite where there are none. ``seen`` are of the training recordings; nothing is reported where the
     held-out ones show far fewer than they should.
     """
-    if seen is None or seen.faster:
+    if seen is None or seen.by_motion:
         return (), float("inf")
     kept = _above_tail(seen.sizes_v / seen.sd_v, seen.threshold)
     sizes, noise = (each[kept] / seen.sd_v for each in (seen.sizes_v, seen.noise_v))

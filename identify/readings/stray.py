@@ -42,7 +42,7 @@ def stray(seen: FarOut | None, proof: Sequence[Outliers]) -> tuple[tuple[StrayRe
     held-out ones show far fewer than they should among those that move as fast. ``rate`` is of those that stand out: of
     those at rest nothing is seen.
     """
-    if seen is None or not seen.faster:
+    if seen is None or not seen.by_motion:
         return (), float("inf")
     fast_v = float(np.median(seen.moves_v))
     share = np.count_nonzero(seen.moves_v >= fast_v) / moving(seen.runs, fast_v)

@@ -356,6 +356,19 @@ def test_readings_that_are_the_one_before_once_more_are_off_by_a_sample():
     assert mended(CHAIN, [stale], [], NOISE_V, ("unnamed",)).found == ()
 
 
+def test_readings_that_are_the_one_before_once_more_are_told_though_none_move_faster():
+    """By that each is as far off as the reading before it is; spikes of those sizes are so by no chance."""
+    stale = recording(Concealed("stale_reading", {"share": 0.003}), stimulus=sine("wave", 20.0, 5.0, 30, 2))
+    seen = outliers(stale, noise_of(stale))
+    even = replace(seen, moves=np.full(stale.size, np.median(seen.moves)))
+    (found,), threshold = stray(far_out([even]), [even])
+    assert (found.form, threshold < np.inf) == ("stray readings", True)
+    thrown = replace(even, off_v=even.off_v * np.where(np.arange(stale.size) % 2, 1.0, -1.0))
+    assert stray(far_out([thrown]), [thrown]) == ((), float("inf"))
+    (told,), _ = spikes(far_out([thrown]), [thrown])
+    assert told.id == "spikes"
+
+
 def test_a_loss_that_shows_to_a_rough_look_alone_is_told_where_it_is_all_that_is_left():
     """Six readings lost where little moves, beside steps of the DAC that hid them from the first looks."""
     trial = drawn(Key(95, "pair", "pair", 0))
