@@ -34,7 +34,8 @@ STAGES = {  # the table of section 2 of physics.md: what may be missing, and whe
     "ac_coupling": "sense", "coloured_noise": "sense", "adc_clipping": "sense", "adc_quantisation": "sense",
     "adc_nonlinearity": "sense", "rectifying_sensor": "sense", "spikes": "sense", "clock_skew": "sense",
     "missing_samples": "sense",
-    "self_heating": "G1 F", "capacitor_nonlinearity": "G1 G2", "diode_contact": "F",  # and what that table has not
+    "self_heating": "G1 F", "capacitor_nonlinearity": "G1 G2", "diode_contact": "F",
+    "adc_averaging": "sense",  # and what that table has not
 }  # fmt: skip
 UNITS = {"V", "s", "1/s", "V/s", "V/V", "Hz", "rad", "rad/s", "1/V", "1/V^2", "1", "A", "ohm", "ppm"}
 KINDS = sorted(catalogue().values(), key=lambda kind: kind.id)

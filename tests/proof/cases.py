@@ -157,6 +157,7 @@ LIBRARY = (
         "input_clipping", OP_AMP, 154, ("input_clipping", "input_clipping", "source", {"upper": 5.71, "lower": -7.93})
     ),
     _known("resonance, G1", RC, 155, ("resonance in G1", "resonance", "G1", {"w_n": 2310.0, "zeta": 0.19})),
+    _known("adc_averaging", OP_AMP, 194, ("adc_averaging", "adc_averaging", "sense", {"length": 2.3e-3})),
     _known("resonance, G2", OP_AMP, 135, ("resonance in G2", "resonance", "G2", {"w_n": 1430.0, "zeta": 0.27})),
     _known("clock_skew, fast ADC", OP_AMP, 156, ("clock_skew", "clock_skew", "sense", {"ppm": 217.0})),
     _known("clock_skew, slow ADC", SKEWED, 157, ("clock_skew", "clock_skew", "sense", {"ppm": -231.0})),

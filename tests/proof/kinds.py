@@ -351,6 +351,7 @@ LIBRARY: tuple[Kind, ...] = (
     Kind("slew_limit", "F", "slew_limit", _slew),
     Kind("slew_limit", "F", "slew_limit, rounded", _rounded_slew),
     Kind("dead_time", "G2", "dead_time", _one("delay", lambda r: 4e-3), prepared=_in_time),
+    Kind("adc_averaging", "sense", "adc_averaging", _one("length", lambda r: 20e-3)),
     Kind("feedthrough", "sense", "feedthrough", _one("k", lambda r: 0.1, signed=True)),
     Kind("offset_drift", "sense", "offset_drift", _one("rate", lambda r: r.rig.noise_v, signed=True)),
     Kind("gain_drift", "sense", "gain_drift", _one("rate", lambda r: 5e-3, signed=True)),
@@ -525,6 +526,5 @@ UNHEARD: tuple[Kind, ...] = (
     Kind("stirred_gap", "F", "stirred_gap", _stirred),
     Kind("debounced_contact", "F", "debounced_contact", _one("wait", lambda r: 20e-3)),
     Kind("switching_gain", "G2", "switching_gain", _range),
-    Kind("averaging_adc", "sense", "averaging_adc", lambda rng, r: lambda s: {"length": 1e-4 + 40e-3 * s}),
     Kind("rectified_offset", "G1", "rectified_offset", _rectified_offset),
 )

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 from scipy.signal import lfilter
 from scipy.special import wrightomega
 
@@ -249,6 +250,15 @@ def extra_pole(signal: Array, scene: Scene) -> Array:
     return lag(signal, scene.values["tau"], scene)
 
 
+def adc_averaging(signal: Array, scene: Scene) -> Array:
+    """Read the mean over the last ``length`` [s]: what was gathered until now less what had been then."""
+    length_s, step_s = scene.values["length"], scene.grid.step_s
+    gathered = cumulative_trapezoid(signal, dx=step_s, initial=0.0)
+    at = np.arange(signal.size) * step_s
+    before = np.interp(at - length_s, at, gathered) + signal[0] * np.minimum(at - length_s, 0.0)  # settled until then
+    return np.asarray((gathered - before) / length_s)
+
+
 def nonlinear_capacitor(signal: Array, scene: Scene) -> Array:
     """Let the capacitor of the low-pass of ``tau`` before this place be C (1 - k2 s^2)."""
     return charging(signal, scene.values["tau"], scene.values["k2"], scene.grid.step_s)
@@ -435,6 +445,7 @@ WHERE: dict[str, tuple[Place, Change]] = {
     "extra_pole in G2": ("x", extra_pole),
     "nonlinear capacitor in G2": ("x", nonlinear_capacitor),
     "resonance in G2": ("x", resonance),
+    "adc_averaging": ("x", adc_averaging),
     "ac_coupling": ("x", ac_coupling),
     "dead_time": ("late", dead_time),
     "clock_skew": ("late", clock_skew),

@@ -24,7 +24,9 @@ from tests.proof.standard import protocol
 from tests.proof.stimuli import Stimulus
 
 Stratum = Literal["null", "single", "pair", "outside", "composed", "below"]
-SINCE = {"diode_contact": 103}  # the first seed of whose pairs it may be: pairs of seeds before are what they were
+SINCE = {  # the first seed of whose pairs it may be: pairs of seeds before are what they were
+    "diode_contact": 103, "adc_averaging": 199,
+}  # fmt: skip
 STRATA: tuple[Stratum, ...] = ("null", "single", "pair", "outside", "composed", "below")
 ROUND = {"null": 15, "pair": 6, "outside": 5, "composed": 5, "below": 5}  # trials, beside one of every effect
 UNNAMED_Z = (30.0, 3000.0)

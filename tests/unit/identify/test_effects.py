@@ -124,6 +124,9 @@ TWINS = {
         OP_AMP, Concealed("resonance in G2", {"w_n": 900.0, "zeta": 0.3}),
         Physics("resonance", {"w_n": 900.0, "zeta": 0.3}, "G2"),
     ),
+    "averaging": (
+        OP_AMP, Concealed("adc_averaging", {"length": 1.37e-3}), Physics("adc_averaging", {"length": 1.37e-3})
+    ),
     "fast ADC": (OP_AMP, Concealed("clock_skew", {"ppm": 700.0}), Physics("clock_skew", {"ppm": 700.0})),
     "slow ADC": (OP_AMP, Concealed("clock_skew", {"ppm": -700.0}), Physics("clock_skew", {"ppm": -700.0})),
     "drift": (OP_AMP, Concealed("offset_drift", {"rate": 0.13}), Physics("offset_drift", {"rate": 0.13})),

@@ -204,6 +204,12 @@ def test_ac_coupling_lets_a_plateau_decay():
     assert np.allclose(out[AFTER], np.exp(-(T[AFTER] - 0.1) / 0.08), rtol=0, atol=2e-3)
 
 
+def test_adc_averaging_turns_a_step_into_a_ramp_of_its_length():
+    out = physics.adc_averaging(STEP, scene(length=0.08))
+    assert np.allclose(out, np.clip((T - 0.1) / 0.08, 0.0, 1.0), rtol=0, atol=2e-3)
+    assert np.allclose(physics.adc_averaging(np.full_like(STEP, 3.0), scene(length=0.08)), 3.0)
+
+
 def test_adc_nonlinearity_bends_the_readings():
     out = physics.adc_nonlinearity(np.array([-2.0, 0.0, 3.0]), scene(k2=0.1, k3=-0.01))
     assert np.allclose(out, [-2.0 + 0.4 + 0.08, 0.0, 3.0 + 0.9 - 0.27])
