@@ -428,17 +428,9 @@ def switching_gain(x: Array, scene: Scene) -> Array:
     return x * (1.0 + scene.values["share"] * _up(x, scene.values["level"]))
 
 
-def averaging_adc(y: Array, scene: Scene) -> Array:
-    """Read the mean of y over the last ``length`` [s], as a converter that integrates does."""
-    count = scene.values["length"] * scene.grid.rate_hz
-    taps = np.clip(count - np.arange(np.ceil(count)), 0.0, 1.0) / count
-    return np.asarray(lfilter(taps, [1.0], y))
-
-
 OUTSIDE: dict[str, tuple[Place, Change]] = {
     "debounced_contact": ("play", debounced_contact),
     "switching_gain": ("x", switching_gain),
-    "averaging_adc": ("y", averaging_adc),
     "reference_ripple": ("drive", reference_ripple),
     "source_line": ("drive", source_line),
     "rippling_gain": ("v", rippling_gain),

@@ -57,7 +57,7 @@ PLANTED = {  # law -> its values, the stage, the forms that may tell it, the lea
     "kicking_contact": ({"kick": 0.2}, Place.F, {"kick at opening"}, 0.99),
     "debounced_contact": ({"wait": 2e-3}, Place.F, {"after impact"}, 0.9),
     "switching_gain": ({"share": 0.05, "level": 4.0}, Place.SENSE, {"relays"}, 0.99),
-    "averaging_adc": ({"length": 1e-3}, Place.G2, {"filter"}, 0.99),
+    "adc_averaging": ({"length": 1e-3}, Place.G2, {"filter"}, 0.99),
     "ringing_contact": ({"size": 0.2, "frequency": 150.0}, Place.F, {"after contact", "after either contact"}, 0.7),
     "worked_gain": ({"k": 0.02, "tau": 0.1, "top": 600.0}, Place.F, {"gain after motion"}, 0.9),
     "rectified_offset": ({"k": 0.05, "tau": 0.1}, Place.G1, {"offset after use"}, 0.9),
@@ -158,7 +158,7 @@ def test_linear_dynamics_are_the_same_on_either_side_of_a_linear_block() -> None
     assert Swiftness(Place.G2, (-1.0, 1.0)).same_at == (Place.G2, Place.SENSE)
     assert Swiftness(Place.G1, (-1.0, 1.0)).same_at == (Place.G1,)
     assert Kicking(Place.F, (-1.0, 1.0)).like_at == (Place.F, Place.G1)
-    told = planted("averaging_adc")
+    told = planted("adc_averaging")
     assert told.alternatives()[0] is Place.SENSE
 
 
