@@ -50,7 +50,17 @@ class OverLevel(Correction):
 
 
 @dataclass(frozen=True)
-class LevelMap(OverLevel):
+class Static(OverLevel):
+    """A law of nothing but the signal's own level: a play behind it has the same output as one of bent borders."""
+
+    @property
+    def same_at(self) -> tuple[Place, ...]:
+        """Return the places at which this gives the same data, its own first: of v, it bends both borders alike."""
+        return (Place.G1, Place.F) if self.place is Place.G1 else super().same_at
+
+
+@dataclass(frozen=True)
+class LevelMap(Static):
     """A memoryless law of the signal's own level: a natural cubic spline over it, straight beyond its ends."""
 
     form = "map of the level"
@@ -74,7 +84,7 @@ class LevelMap(OverLevel):
 
 
 @dataclass(frozen=True)
-class BrokenMap(OverLevel):
+class BrokenMap(Static):
     """A memoryless law of the signal's own level that jumps and bends at the knots and is straight between."""
 
     form = "corners of the level"

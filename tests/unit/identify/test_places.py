@@ -20,6 +20,7 @@ from identify.stage import Place
 from identify.unnamed.contact import Giving, Kicking
 from identify.unnamed.hysteresis import Hysteresis
 from identify.unnamed.linear import Filter
+from identify.unnamed.maps import BrokenMap, LevelMap
 from identify.unnamed.past import GapAfterLoad, GapAfterUse, Swiftness
 from identify.unnamed.rates import GainOverRate, RateMap
 from identify.unnamed.sudden import GainSince, Sudden, SuddenDynamics, SuddenGain
@@ -174,6 +175,13 @@ def test_what_is_slow_is_the_same_on_either_side_of_a_linear_block(kind: type[Ti
     assert told[Place.SENSE].like_at == (Place.SENSE, Place.G2, Place.F)
     assert told[Place.G1].same_at == (Place.G1, *added, *((Place.SOURCE,) if exact else ()))
     assert told[Place.SENSE].same_at == (Place.SENSE, Place.G2, *((Place.F,) if exact else ()))
+
+
+@pytest.mark.parametrize("law", [LevelMap(Place.G1, (-6.0, -2.0, 2.0, 6.0)), BrokenMap(Place.G1, (1.4,))])
+def test_a_law_of_v_alone_gives_the_data_of_borders_bent_alike(law: LevelMap | BrokenMap) -> None:
+    """F compares w with its borders at every instant: whether v or they are bent, it finds the same."""
+    assert law.same_at == (Place.G1, Place.F)
+    assert [replace(law, place=place).same_at for place in (Place.SOURCE, Place.F)] == [(Place.SOURCE,), (Place.F,)]
 
 
 def test_what_shows_only_while_f_moves_may_have_entered_in_front_of_it() -> None:
