@@ -72,6 +72,11 @@ class Lead(Going):
     quick = True
     sums = False
 
+    @property
+    def nearly_at(self) -> tuple[Place, ...]:
+        """Return further places at which this gives nearly the same data: what G1 makes of a lag is as late."""
+        return (*super().nearly_at, *((Place.SOURCE,) if self.place is Place.G1 else ()))
+
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return what the signal was or, going on straight, will be."""
         return led(self.course(values, grid), grid)

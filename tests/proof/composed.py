@@ -27,10 +27,10 @@ def _run_s(signal: Array, scene: Scene) -> Array:
     return np.asarray(np.arange(signal.size) * _step_s(signal, scene))
 
 
-def _behind(signal: Array, tau_s: float, scene: Scene, rest: float | None = None) -> Array:
-    """Return a signal behind a pole, settled before the start: at what it is there, or at ``rest``."""
-    share, before = -np.expm1(-_step_s(signal, scene) / tau_s), signal[0] if rest is None else rest
-    return np.asarray(lfilter([share], [1.0, share - 1.0], signal, zi=[(1.0 - share) * before])[0])
+def _behind(signal: Array, tau_s: float, scene: Scene) -> Array:
+    """Return a signal behind a pole, at rest before the start, as the rig is: a staircase begins with a step."""
+    share = -np.expm1(-_step_s(signal, scene) / tau_s)
+    return np.asarray(lfilter([share], [1.0, share - 1.0], signal))
 
 
 # --- by what: about -1 to 1 ----------------------------------------------------------------------------------------
@@ -74,7 +74,7 @@ def history(signal: Array, scene: Scene) -> Array:
 
 def work(signal: Array, scene: Scene) -> Array:
     """Return how much the signal moved of late."""
-    return _behind(speed(signal, scene), scene.values["tau"], scene, rest=0.0)
+    return _behind(speed(signal, scene), scene.values["tau"], scene)
 
 
 def peak(signal: Array, scene: Scene) -> Array:

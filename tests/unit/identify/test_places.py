@@ -28,11 +28,13 @@ from identify.unnamed.timed import (
     GainOverClock,
     GainSteps,
     GapOverClock,
+    LeadOverClock,
     OffsetInRun,
     OffsetOverClock,
     OffsetSteps,
     Timed,
 )
+from identify.unnamed.turned import LeadSinceTurn
 from identify.unnamed.what import Offset
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP
@@ -182,6 +184,14 @@ def test_a_law_of_v_alone_gives_the_data_of_borders_bent_alike(law: LevelMap | B
     """F compares w with its borders at every instant: whether v or they are bent, it finds the same."""
     assert law.same_at == (Place.G1, Place.F)
     assert [replace(law, place=place).same_at for place in (Place.SOURCE, Place.F)] == [(Place.SOURCE,), (Place.F,)]
+
+
+def test_a_lag_that_changes_is_nearly_the_same_in_front_of_g1() -> None:
+    """One that only the clock tells when is read so late."""
+    assert [LeadSinceTurn(place, (0.0, 0.1)).like_at for place in LeadSinceTurn.places] == [
+        (Place.G1, Place.SOURCE), (Place.G2, Place.SENSE)
+    ]  # fmt: skip
+    assert LeadOverClock(Place.SENSE, (0.0, 0.1)).like_at == (Place.SENSE, Place.G2)
 
 
 def test_what_shows_only_while_f_moves_may_have_entered_in_front_of_it() -> None:
