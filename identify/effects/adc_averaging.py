@@ -5,13 +5,14 @@ from typing import TYPE_CHECKING, ClassVar, final
 import numpy as np
 
 from identify.effects.effect import Confusion, Effect
-from identify.stage import Block, Grid, Held, Parameter, Place, Run, Shape, Values, memoryless
+from identify.stage import Block, Grid, Held, Parameter, Place, Ramp, Run, Shape, Values, memoryless
 from identify.trace import Array
 
 if TYPE_CHECKING:
     from identify.evidence import Evidence
 
 LENGTH = Parameter("adc_averaging.length", "s", "log")
+LONGEST = 1 << 20  # instants: longer than any run that a converter would average as a whole
 
 
 @final
@@ -25,8 +26,8 @@ class AdcAveraging(Effect):
     title = "averaging of the ADC"
     equation = "y'(t) = 1 / length x integral of y over the last length"
     sentence = (
-        "A reading is the mean of the last {}, not the level of an instant. Switch its averaging off or "
-        "shorten it, or read no faster than it takes."
+        "A reading is the mean of the last {}, not the level of an instant. Switch the averaging off, shorten it, or "
+        "read no faster than it takes."
     )
     axis = "frequency"
     fingerprint = "edges become ramps of a fixed length; sines vanish whose period fits into it"
@@ -44,38 +45,40 @@ class AdcAveraging(Effect):
     example: ClassVar = {"length": 2.7e-3}
 
     def begin(self, values: Values, grid: Grid, shape: Shape) -> tuple[Run, Shape]:
-        """Return the running mean."""
+        """Return the running mean: straight between instants, also of what is held."""
         (length,) = values
         if not length > 0.0:
             return memoryless(lambda y: y, shape)
-        return running_mean(length / grid.step_s, isinstance(shape, Held)), shape
+        return running_mean(length / grid.step_s, shape.fraction if isinstance(shape, Held) else None), Ramp()
 
     def starts(self, evidence: "Evidence") -> list[dict[str, float]]:
         """Return the length, tried from a sample to a thousand, or a small one, that explains most."""
         return self.timed(evidence, "length", np.geomspace(1.0, 1e3, 7).tolist())
 
 
-def running_mean(steps: float, held: bool) -> Run:
+def running_mean(steps: float, late: float | None) -> Run:
     """Return the mean of a signal over the last ``steps`` of a grid, before the start as it is there.
 
-    Between instants the signal is straight, or ``held`` at the value that it has at the end of each step.
+    Between instants the signal is straight, or held where its changes are ``late`` by a share of a step.
     """
-    whole = int(steps)
-    rest = steps - whole
-    past = np.zeros(0)
+    whole = int(min(steps, LONGEST))
+    rest = min(steps - whole, 1.0)
+    first, past = 0.0, np.zeros(0)
 
     def run(block: Block) -> Array:
-        nonlocal past
-        known = past if past.size else np.full(whole + 1, block.signal[0])
-        y = np.concatenate((known, block.signal))
+        nonlocal first, past
+        if not past.size:
+            first, past = float(block.signal[0]), np.zeros(whole + 1)
+        y = np.concatenate((past, block.signal - first))
         past = y[-(whole + 1) :].copy()
-        last, before = y[1 : y.size - whole], y[: y.size - whole - 1]  # where the mean begins, and the instant before
+        # now, where the mean begins, and the instant before that
+        now, last, before = y[whole + 1 :], y[1 : y.size - whole], y[: y.size - whole - 1]
         sums = np.cumsum(y)
-        out = sums[whole + 1 :] - sums[1 : y.size - whole]
-        if held:
-            out += rest * last
-        else:  # by trapezoids, and a part of one
-            out += 0.5 * (last - y[whole + 1 :]) + rest * (last - 0.5 * rest * (last - before))
-        return np.asarray(out / steps)
+        out = sums[whole + 1 :] - sums[1 : y.size - whole] + rest * last
+        if late is None:  # by trapezoids
+            out -= 0.5 * (now - last) + 0.5 * rest**2 * (last - before)
+        else:
+            out -= late * (now - last) + max(rest + late - 1.0, 0.0) * (last - before)
+        return np.asarray(first + out / steps)
 
     return run

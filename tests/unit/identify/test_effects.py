@@ -10,6 +10,7 @@ import pytest
 from identify import diode, effects
 from identify.chain import Chain, as_promised, local_name, plain_chain, signals, simulate
 from identify.effects import catalogue, chain_of, effect_of, physics_in, with_physics
+from identify.effects.adc_averaging import running_mean
 from identify.effects.inside_play import InsidePlay
 from identify.effects.offset_drift import OffsetDrift
 from identify.effects.plateau_droop import PlateauDroop
@@ -580,3 +581,29 @@ def test_the_width_of_a_knee_comes_out_as_it_is():
     slope = (answer(1.001 * width) - answer(0.999 * width)) / (0.002 * width)
     off = float(slope @ (run.y - answer(width)) / (slope @ slope))
     assert abs(off) < 1.5e-4 * width  # 2.8e-4 of sixteen plays, 0.5e-4 of the hundred of the bench
+
+
+@pytest.mark.parametrize(("steps", "late"), [(0.3, None), (2.6, None), (7.0, None), (0.3, 0.4), (2.9, 0.4), (3.0, 0.0)])
+def test_averaging_takes_the_mean_of_what_is_straight_or_held_between_instants(steps, late):
+    """Summed up on a grid a thousand times finer."""
+    y, finer = np.cumsum(np.random.default_rng(3).normal(size=40)), 1000
+    inside = np.arange(1, 39 * finer + 1) / finer
+    if late is None:
+        fine = np.interp(inside - 0.5 / finer, np.arange(40), y)
+    else:
+        fine = y[np.ceil(inside - late - 1e-9).astype(int)]
+    gathered = np.concatenate(([0.0], np.cumsum(fine))) / finer
+    run, whole = running_mean(steps, late), running_mean(steps, late)
+    block = Block(y, y, 0, Grid("run", 1e-4))
+    out = np.concatenate([run(replace(block, signal=part)) for part in (y[:5], y[5:6], y[6:])])
+    assert np.allclose(out, whole(block), rtol=0, atol=1e-12)
+    at = np.arange(10, 40)
+    mean = (gathered[at * finer] - np.interp((at - steps) * finer, np.arange(gathered.size), gathered)) / steps
+    assert np.allclose(out[at], mean, rtol=0, atol=5e-3)
+
+
+@pytest.mark.parametrize("steps", [50.0, 1e12, np.inf])
+def test_averaging_over_more_than_a_run_is_of_what_was_before_it_too(steps):
+    y = np.linspace(2.0, 3.0, 21)
+    out = running_mean(steps, None)(Block(y, y, 0, Grid("run", 1e-4)))
+    assert out == pytest.approx(2.0 + np.concatenate(([0.0], np.cumsum(0.5 * (y[1:] + y[:-1]) - 2.0))) / steps)
