@@ -30,7 +30,7 @@ from rig.errors import DeviceError, RigError
 from rig.ownership import Claim
 
 READY_S, ANSWER_S = 20.0, 2.0
-"""Longest waits for a guardian to load its driver, and for its answer; where more is needed is no place for a run."""
+"""Longest waits for a guardian: before a run, where it costs nothing but time, and at the end of a ramp."""
 TRY_FOR_S, TRY_AGAIN_S = 10.0, 0.02
 """How long a guardian tries to reach the device: the system may still be closing the port, or a cable be off."""
 
@@ -78,7 +78,7 @@ class Guardian:
         self.ready()
         self._tell(f"arm {level_v!r} {ramp_s!r}")
         self._armed = True
-        self._await("armed", ANSWER_S)
+        self._await("armed", READY_S)
 
     @contextmanager
     def over(self, level_v: float, ramp_s: float) -> Iterator[None]:

@@ -7,11 +7,13 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from threading import Timer
 
 import numpy as np
 import pytest
 
 from rig import guardian, ownership
+from rig.device import Device
 from rig.errors import DeviceError
 from rig.guardian import Order, make_safe
 from rig.recording import Entry, read
@@ -159,6 +161,36 @@ def test_a_run_without_a_guardian_is_not_begun(monkeypatch: pytest.MonkeyPatch) 
         with connect(bench.address) as device, pytest.raises(DeviceError, match="no guardian can be started"):
             run(long_plan(), device, Nowhere())
         assert bench.look().level_v is None
+
+
+def test_a_guardian_that_stands_still_for_a_while_before_a_run_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(guardian, "ANSWER_S", 0.1)
+    with emulated(GAIN, speed=3) as bench, _one_that_stands_still(bench) as (device, watching):
+        Timer(0.5, os.kill, (watching, signal.SIGCONT)).start()
+        outcome = run(short_plan(), device, Nowhere())
+        assert outcome.complete
+        assert "guardian" not in [event.kind for event in outcome.events]
+
+
+def test_nothing_is_played_under_a_guardian_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(guardian, "READY_S", 0.3)
+    with emulated(GAIN) as bench, _one_that_stands_still(bench) as (device, _):
+        outcome = run(short_plan(), device, Nowhere())
+        assert "the guardian does not answer" in outcome.reason
+        look = bench.look()
+        assert (look.played, look.level_v) == (0, SAFE_V)
+
+
+@contextmanager
+def _one_that_stands_still(bench: Emulated) -> Iterator[tuple[Device, int]]:
+    """Connect, post a guardian that is ready, and stop it; yield the device and the number of its process."""
+    with connect(bench.address) as device:
+        posted = guardian.post(device)
+        assert posted is not None
+        posted.ready()
+        watching = guardian_of(os.getpid())
+        os.kill(watching, signal.SIGSTOP)
+        yield device, watching
 
 
 def _run(bench: Emulated, progress: Callable[[int, int], None] = lambda done, total: None) -> Outcome:
