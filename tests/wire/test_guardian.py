@@ -173,8 +173,8 @@ def test_a_guardian_that_stands_still_for_a_while_before_a_run_is_waited_for(mon
 
 
 def test_nothing_is_played_under_a_guardian_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(guardian, "READY_S", 0.3)
     with emulated(GAIN) as bench, _one_that_stands_still(bench) as (device, _):
+        monkeypatch.setattr(guardian, "READY_S", 0.3)
         outcome = run(short_plan(), device, Nowhere())
         assert "the guardian does not answer" in outcome.reason
         look = bench.look()
