@@ -42,6 +42,7 @@ class Correction(Stage):
     jumps: ClassVar[bool] = False  # whether what it does jumps as that one knot moves: it switches there
     dynamics: ClassVar[bool] = False  # whether it is what a linear block is made of, and first of all of its own
     searched: ClassVar[bool] = False  # whether the knot is the one frequency of all at which most is seen
+    at_once: ClassVar[bool] = False  # whether what it does to v it does to both borders: F compares at once
 
     @property
     @abstractmethod
@@ -68,7 +69,7 @@ class Correction(Stage):
     @property
     def same_at(self) -> tuple[Place, ...]:
         """Return the places at which this gives the same data, its own first: what G2 puts out is what is read."""
-        alike = {Place.G2: (Place.SENSE,), Place.SENSE: (Place.G2,)}
+        alike = {Place.G2: (Place.SENSE,), Place.SENSE: (Place.G2,), Place.G1: (Place.F,) if self.at_once else ()}
         return (self.place, *alike.get(self.place, ()))
 
     @property

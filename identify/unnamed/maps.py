@@ -50,17 +50,7 @@ class OverLevel(Correction):
 
 
 @dataclass(frozen=True)
-class Static(OverLevel):
-    """A law of nothing but the signal's own level: a play behind it has the same output as one of bent borders."""
-
-    @property
-    def same_at(self) -> tuple[Place, ...]:
-        """Return the places at which this gives the same data, its own first: of v, it bends both borders alike."""
-        return (Place.G1, Place.F) if self.place is Place.G1 else super().same_at
-
-
-@dataclass(frozen=True)
-class LevelMap(Static):
+class LevelMap(OverLevel):
     """A memoryless law of the signal's own level: a natural cubic spline over it, straight beyond its ends."""
 
     form = "map of the level"
@@ -70,6 +60,7 @@ class LevelMap(Static):
     places = tuple(Place)
     least = 4
     even = True
+    at_once = True
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal plus the spline of it."""
@@ -84,7 +75,7 @@ class LevelMap(Static):
 
 
 @dataclass(frozen=True)
-class BrokenMap(Static):
+class BrokenMap(OverLevel):
     """A memoryless law of the signal's own level that jumps and bends at the knots and is straight between."""
 
     form = "corners of the level"
@@ -94,6 +85,7 @@ class BrokenMap(Static):
     weights = (("jump", "V"), ("bend", "V/V"))
     places = tuple(Place)
     least = 1
+    at_once = True
 
     @property
     def outward(self) -> Array:

@@ -44,10 +44,7 @@ class Going(Correction):
 class Offset(Going):
     """A zero that follows a course, V."""
 
-    @property
-    def same_at(self) -> tuple[Place, ...]:
-        """Return the places at which this gives the same data, its own first: added to v, it moves both borders."""
-        return (Place.G1, Place.F) if self.place is Place.G1 else super().same_at
+    at_once = True
 
     def summed(self, values: Values, grid: Grid) -> Run:
         """Return the signal plus the course."""
