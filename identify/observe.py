@@ -132,6 +132,16 @@ def weighed(rows: NDArray[np.float64], observation: Observation) -> NDArray[np.f
     return np.asarray(white(whole, observation.use).T)
 
 
+def joined(observations: Iterable[Observation]) -> tuple[Observation, ...]:
+    """Return one observation a run, of all samples that are used in any of its parts, on the finest of their grids."""
+    whole: dict[str, Observation] = {}
+    for part in observations:
+        seen = whole.get(part.trace.name, part)
+        finest = max(seen.substeps, part.substeps)
+        whole[part.trace.name] = replace(seen, use=seen.use | part.use, substeps=finest)
+    return tuple(whole.values())
+
+
 def rms(values: Array) -> float:
     """Return the root mean square; 0 for no values."""
     return float(np.sqrt(np.mean(np.square(values)))) if values.size else 0.0

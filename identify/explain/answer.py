@@ -24,6 +24,7 @@ from identify.explain.explanation import (
     Verdict,
 )
 from identify.explain.hypothesis import Hypothesis
+from identify.explain.left_open import Open, left_open, named_open, told_open
 from identify.explain.locate import LIKELY, doubted, located
 from identify.explain.neighbours import spanning
 from identify.explain.of_readings import finding as of_readings
@@ -84,8 +85,15 @@ class Answer:
         self.unproven = asked and self.proof is None and foretells(self.beyond)
         self.after_v = self.proof.held_out_v if self.proof else self.named_v
         self.improved = self.proof.hypothesis if self.proof else self.better
-        self.unvisited = self._unvisited()
+        self.left_open = self._left_open()
+        self.unvisited = self._unvisited() if self.left_open is None else None
         self.entered = entered(self.beyond, self.unproven)
+
+    def _left_open(self) -> tuple[Open, ...] | None:
+        """Return the values that fitted runs leave open, where nothing else is left of those held out."""
+        if self.beyond.significant or self.proof is not None or self.after_v <= TO_THE_NOISE * self.noise_v:
+            return None
+        return left_open(self.bench, self.better, self.data.test, self.data.noise.freedom)
 
     def _unvisited(self) -> Range | None:
         """Return where held-out runs leave more than noise because no run that was fitted has been there."""
@@ -99,9 +107,8 @@ class Answer:
         if self.better.effects or any(blemish.id != UNNAMED for blemish in self.readings.found):
             rest = self.leaves or (not self.better.effects and self.proof is not None)
             return "explained" if self.named_over <= TO_THE_NOISE and not rest else "partly_explained"
-        if self.readings.found or self.beyond.significant or self.before_v > TO_THE_NOISE * self.noise_v:
-            return "unexplained"
-        return "consistent"
+        met = self.after_v > TO_THE_NOISE * self.noise_v and self.left_open is None
+        return "unexplained" if self.readings.found or self.beyond.significant or met else "consistent"
 
     @property
     def leaves(self) -> bool:
@@ -150,7 +157,8 @@ class Answer:
         """Return what is said of one effect."""
         probability, others = odds(self.bench, self.better, effect, self.rounds, self.beyond)
         left = sqrt(max(self.named_over**2 - self.by_chance, 0.0))
-        most = 1.0 if self.unvisited else most_believed(self.before_v / self.noise_v, left)
+        elsewhere = self.unvisited or self.left_open is not None
+        most = 1.0 if elsewhere else most_believed(self.before_v / self.noise_v, left)
         if probability > most:
             others = tuple(replace(o, probability=o.probability * most / probability) for o in others)
             probability = most
@@ -248,8 +256,8 @@ class Answer:
     def remaining(self) -> Remaining:
         """Return what the better model leaves on held-out data."""
         over = self.after_v / self.noise_v
-        if self.unvisited is not None:
-            return Remaining(over, stage_beyond(self.unvisited), told_beyond(self.unvisited))
+        if self.left_open or self.unvisited is not None:
+            return self._remaining_unfitted(over)
         if self.by_chance > CHANCE * (over**2 - 1.0) > 0.0 and not self.beyond.significant:
             return Remaining(over, None, "What is left is what the named noise does by chance: it differs in every "
                              "repeat, so no model can predict it.")  # fmt: skip
@@ -265,6 +273,12 @@ class Answer:
             return Remaining(over, self.beyond.place.label, f"The mismatch is not explained; {where}.")
         return Remaining(over, self.beyond.place.label, f"{described(self.beyond)}.")
 
+    def _remaining_unfitted(self, over: float) -> Remaining:
+        """Return what is left because the runs that were fitted do not tell it: values, or what acts beyond them."""
+        if self.unvisited is not None:
+            return Remaining(over, stage_beyond(self.unvisited), told_beyond(self.unvisited))
+        return Remaining(over, None, told_open(self.left_open or ()))
+
     def profiles(self) -> tuple[Profile, ...]:
         """Return the residual before and after along the coordinates that matter."""
         axes = [effect.along for effect in self.better.effects]
@@ -278,7 +292,8 @@ class Answer:
         """Return the verdict in one sentence an operator understands."""
         times = f"{self.before_v / self.noise_v:.3g} times the noise"
         if self.verdict == "consistent":
-            return "Simulation and recordings agree to the noise: nothing is missing from the model."
+            doubt = f", but the runs that were fitted leave {named_open(self.left_open)} open" if self.left_open else ""
+            return f"Simulation and recordings agree to the noise: nothing is missing from the model{doubt}."
         names = listed([called(f) for f in findings if f.id != UNNAMED])
         after = f"{self.after_v / self.noise_v:.3g} times"
         if self.verdict == "explained":

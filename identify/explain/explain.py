@@ -24,23 +24,20 @@ from identify.explain.carried import alike_weighed, scatters_so
 from identify.explain.confirm import CERTAIN_FALL, CONVINCING, adapted, improvement, unconfirmed, would_tell
 from identify.explain.everywhere import everywhere
 from identify.explain.explanation import Explanation
-from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
-from identify.explain.locate import located
-from identify.explain.neighbours import resettled, settled
-from identify.explain.readings import (
-    Look,
-    Readings,
+from identify.explain.hidden import (
     counts_another,
     hides_blemishes,
     hides_noise,
     loses,
     loses_roughly,
     lost_no_more,
-    read,
-    reread,
-    stepped_anew,
     suspected,
 )
+from identify.explain.hypothesis import NOISE_KNOWN, Hypothesis
+from identify.explain.left_open import told_by_all
+from identify.explain.locate import located
+from identify.explain.neighbours import resettled, settled
+from identify.explain.readings import Look, Readings, as_recorded, held_against, read, reread, stepped_anew
 from identify.explain.scattered import scattered
 from identify.explain.select import Selected, selected
 from identify.explain.survey import surveyed
@@ -105,7 +102,7 @@ def _explained(
     note("confirming on held-out data", 0.9)
     data = _to_prove(bench, final, earned, readings.data)
     kept, dropped = confirmed(bench, earned, data.test)
-    reading, again = _looked_again(readings, kept, data, look)
+    reading, again = _looked_again(readings, bench, kept, data, look)
     other = _explained(model, traces, hold_out, note, again) if again is not None else None
     if other is not None and _sees_more(other, again, kept):
         return other
@@ -142,14 +139,14 @@ def _found(readings: Readings, note: Note, look: Look) -> Selected | Look:
     beside = selected_beside(bench, plain, note) if at_once else None
     noisy = suspected(readings, look.leave_out) if look.against is None and beside is None else 0.0
     if noisy and selected(bench, plain, note, 1)[1].advantage(plain) < noisy:
-        return replace(look, against=plain.fit.chain)
+        return replace(look, against=told_by_all(bench, plain, readings.data.test))
     bench, final, rounds = beside or selected_either(bench, plain, note, not at_once)
     final = resettled(bench, final)
     if look.against is not None or bench.carried:
         return bench, final, rounds
     hidden = any(hides(readings, bench, final, look.leave_out) for hides in (hides_noise, hides_blemishes))
     if hidden:
-        return replace(look, against=final.fit.chain)
+        return replace(look, against=told_by_all(bench, final, readings.data.test))
     if lost_no_more(readings, final, look.leave_out):
         return replace(look, leave_out=(*look.leave_out, MissingSamples.id))
     return bench, final, rounds
@@ -172,14 +169,14 @@ def _beside_losses(
 
 
 def _looked_again(
-    readings: Readings, kept: Warranted, data: Split, look: Look
+    readings: Readings, bench: Bench, kept: Warranted, data: Split, look: Look
 ) -> tuple[Readings, Look | None]:
     """Return the readings as they are against the chain that explains the rest, and how to look at all of it once more.
 
     None where these are the readings that were explained.
     """
     effects = kept.hypothesis.effects
-    improved = adapted(_best_told(kept), data.test)
+    improved = adapted(_best_told(readings, bench, kept, data, look), data.test)
     reading = reread(readings, improved, effects, look.leave_out, not kept.beyond.significant)
     own = {blemish for effect in effects for blemish in effect.brings}
     before, after = {b.id for b in readings.found} - own, {b.id for b in reading.found} - {"adc_quantisation"}
@@ -207,14 +204,14 @@ def _is_rough(look: Look | None) -> bool:
     return look is not None and look.rough
 
 
-def _best_told(kept: Warranted) -> Chain:
+def _best_told(readings: Readings, bench: Bench, kept: Warranted, data: Split, look: Look) -> Chain:
     """Return the chain that tells most of what was played: with what is unnamed, too, or blemishes would be seen in it.
 
     What goes with the clock is left where it is: noise goes with that, too, and would be part of it.
     """
     beyond = kept.beyond
     if not beyond.significant or beyond.best.axis == "clock time" or is_fine(beyond.best):
-        return kept.hypothesis.fit.chain
+        return held_against(bench, kept.hypothesis, data, as_recorded(readings), look.leave_out)
     return beyond.fitted[0][1].fit.chain
 
 

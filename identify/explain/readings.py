@@ -12,30 +12,29 @@ from identify.chain import Chain
 from identify.effects.adc_quantisation import LSB
 from identify.effects.effect import Effect
 from identify.explain.bench import Bench
+from identify.explain.confirm import UNFINISHED, adapted
 from identify.explain.evened import Prepared, as_stepped, evened, stepped, weighed
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.knowing import knows_f
+from identify.explain.left_open import leaves_more, together
 from identify.explain.round import Round
-from identify.explain.wander import MOSTLY, unrepeated
 from identify.holdout import Split, settling_s, split
 from identify.model import Model
 from identify.noise import good
 from identify.observe import pooled_rms
 from identify.readings.blemish import Blemish
-from identify.readings.coloured_noise import ColouredNoise, against_repeats, coloured_noise, in_repeats
+from identify.readings.coloured_noise import ColouredNoise, coloured_noise
 from identify.readings.grid import adc_steps
 from identify.readings.mend import Mended, answer, mended
 from identify.readings.missing_samples import MissingSamples
 from identify.readings.noise_left import noise_left
 from identify.readings.received import received
-from identify.readings.spectra import spectra
 from identify.trace import Trace
 
 ALL_OF_IT = 2.0  # times the energy of a noise as large as it may be, that is left at most where it is all that is left
 DOUBTED = 0.9  # share of the misfit that may be left where a loss that only a rough look shows is worth a second try
 LOOKS = 8  # at most: each look mends more of a loss that had moved the plain model
 WORTH = 0.5  # share of the plain model's misfit that may be left for its blemishes to count before it is explained
-TOLD = 0.1  # of what the plain model leaves beyond the noise, that a law may leave for losses to be asked for again
 
 
 @dataclass(frozen=True)
@@ -90,10 +89,11 @@ def read(
     raw = split(model, traces, hold_out)
     bench, before = prepared(raw)
     recorded, alone = received(traces, hold_out, raw.noise.rms_v, look.leave_out)
+    chain = look.against or held_against(bench, before, raw, recorded, look.leave_out)
 
     def undone(seen: Mended) -> Readings:
         data = split(model, seen.training, seen.proof) if seen.found or alone else raw
-        data, noise = _whitened(data, seen, settling_s(model), look, look.against or before.fit.chain)
+        data, noise = _whitened(data, seen, settling_s(model), look, chain)
         mine, plain = (bench, before) if data is raw else prepared(data)
         data, mine, plain, steps = as_stepped(data, mine, plain, prepared, look.against)
         told = {blemish.id for blemish in alone}  # what the readings alone tell is not fitted once more
@@ -101,19 +101,19 @@ def read(
         return Readings(*recorded.runs, raw, before, data, ready, plain, found, settling_s(model), steps)
 
     if look.against is not None:
-        return undone(mended(look.against, *recorded.runs, raw.noise.rms_v, look.leave_out, look.rough))
-    fitted = partial(_fitted, model, prepared)
-    close, rough = _looked(before.fit.chain, recorded, raw.noise.rms_v, look.leave_out, fitted)
+        return undone(mended(chain, *recorded.runs, raw.noise.rms_v, look.leave_out, look.rough))
+    fitted = partial(_fitted, model, prepared, recorded, look.leave_out)
+    close, rough = _looked(chain, recorded, raw.noise.rms_v, look.leave_out, fitted)
     found = undone(close)
     if close.found:
         return undone(recorded) if _waits(found) else found
-    if not _lost(rough.found) or _coloured(found.found):
+    if not lost(rough.found) or coloured(found.found):
         return found  # noise that hangs together looks like a loss to a rough look
     mended_roughly = undone(rough)
     left = mended_roughly.plain.misfit
     if look.held or left < 2.0 * bench.noise_known:
         return mended_roughly
-    return replace(found, doubtful=_lost(rough.found)) if left < DOUBTED * before.misfit else found
+    return replace(found, doubtful=lost(rough.found)) if left < DOUBTED * before.misfit else found
 
 
 def _waits(found: Readings) -> bool:
@@ -122,9 +122,26 @@ def _waits(found: Readings) -> bool:
     return found.excess_v2 > WORTH * all_v2
 
 
-def _fitted(model: Model, prepared: Prepared, seen: Mended) -> Chain:
+def _fitted(model: Model, prepared: Prepared, recorded: Mended, leave_out: Sequence[str], seen: Mended) -> Chain:
     """Return the plain chain fitted to recordings whose blemishes are undone."""
-    return prepared(split(model, seen.training, seen.proof))[1].fit.chain
+    data = split(model, seen.training, seen.proof)
+    return held_against(*prepared(data), data, recorded, leave_out)
+
+
+def held_against(
+    bench: Bench, found: Hypothesis, data: Split, recorded: Mended, leave_out: Sequence[str]
+) -> Chain:
+    """Return the chain of a hypothesis that recordings are held against: with the values that all runs tell.
+
+    With those of the fitted runs where held-out ones leave no more, or nothing but blemishes.
+    """
+    chain, noise_v = adapted(found.fit.chain, data.test), data.noise.rms_v
+    if not leaves_more(bench, found, data.test):
+        return found.fit.chain
+    seen = mended(chain, *recorded.runs, noise_v, leave_out)
+    left_v = pooled_rms([trace.y[:][good(trace)] for trace in less(chain, seen, noise_v)[1]])
+    all_of_it = bool(seen.found) and left_v < UNFINISHED * noise_v
+    return chain if all_of_it else together(bench, found, data.test).fit.chain
 
 
 def _looked(
@@ -154,7 +171,7 @@ def _whitened(
     """
     noise = None
     if ColouredNoise.id not in look.leave_out:
-        left = noise_left(*_less(look.against, seen, data.noise.rms_v)) if look.against is not None else None
+        left = noise_left(*less(look.against, seen, data.noise.rms_v)) if look.against is not None else None
         noise = left or coloured_noise(seen.training, seen.proof, settle_s)  # repeats are few, what is left is all
     if noise is None or knows_f(chain, data.train):
         return (evened(data, seen.noise), (seen.noise.blemish,)) if seen.noise else (data, ())
@@ -172,50 +189,6 @@ def stepped_anew(
     return replace(readings, data=data), bench, final, rounds
 
 
-def suspected(readings: Readings, leave_out: Sequence[str]) -> float:
-    """Return what speaks for coloured noise in what the plain model leaves, twice a log-likelihood.
-
-    Zero where the repeats rule that out, or where they told of it already. What they cannot tell is for physics to
-    explain better: noise has no answer to the stimulus.
-    """
-    if ColouredNoise.id in leave_out or _coloured(readings.found):
-        return 0.0
-    noise = noise_left(*_less(readings.plain.fit.chain, _as_recorded(readings), readings.data.noise.rms_v))
-    if noise is None or against_repeats(noise, spectra(readings.traces, readings.settle_s)):
-        return 0.0
-    return 0.0 if knows_f(readings.plain.fit.chain, readings.bench.observations) else noise.told
-
-
-def hides_noise(readings: Readings, bench: Bench, hypothesis: Hypothesis, leave_out: Sequence[str]) -> bool:
-    """Return whether what a hypothesis leaves is coloured noise that repeats alone did not tell, or told wrongly."""
-    if ColouredNoise.id in leave_out:
-        return False
-    noise = noise_left(*_less(hypothesis.fit.chain, _as_recorded(readings), readings.data.noise.rms_v))
-    if noise is None or any(noise.blemish.weighs_as(b) for b in _coloured(readings.found)):
-        return False
-    if knows_f(hypothesis.fit.chain, bench.observations):
-        return False
-    if in_repeats(noise, spectra(readings.traces, readings.settle_s)):
-        return True
-    return unrepeated(hypothesis.fit.chain, bench.observations) > MOSTLY
-
-
-def hides_blemishes(readings: Readings, bench: Bench, hypothesis: Hypothesis, leave_out: Sequence[str]) -> bool:
-    """Return whether all that a hypothesis leaves are blemishes of the readings that waited for it, or were hidden.
-
-    Undone, they leave no more than noise: what is unexplained looks like blemishes, too, and leaves more.
-    """
-    if not hypothesis.effects or bench.complete(hypothesis):
-        return False
-    chain, noise_v = hypothesis.fit.chain, readings.data.noise.rms_v
-    seen = mended(chain, readings.traces, readings.hold_out, noise_v, leave_out)
-    own = {blemish for effect in hypothesis.effects for blemish in effect.brings}
-    if not {b.id for b in seen.found} - {b.id for b in readings.found} - own:
-        return False
-    fitted, _ = _less(chain, replace(seen, proof=()), noise_v)  # held-out ones have values of their own, as phases
-    return pooled_rms([trace.y[:][good(trace)] for trace in fitted]) ** 2 < (1.0 + bench.noise_known) * noise_v**2
-
-
 def reread(
     readings: Readings, chain: Chain, explained: Sequence[Effect], leave_out: Sequence[str], settled: bool
 ) -> Readings:
@@ -225,62 +198,33 @@ def reread(
     Where all is ``settled``, nothing left beyond the noise, a rough look is enough for a loss of readings.
     """
     own = {blemish for effect in explained for blemish in effect.brings}
-    noise = tuple(b for b in _coloured(readings.found) if b.id not in own)
+    noise = tuple(b for b in coloured(readings.found) if b.id not in own)
     if noise and not (_noisy(readings, chain) and _accounts(readings, chain, noise[0])):
         noise = ()  # it was physics that does not come back with the stimulus, explained by now or not
     recorded = (chain, readings.traces, readings.hold_out, readings.data.noise.rms_v, leave_out)
     seen = mended(*recorded)
     found = (*seen.found, *([seen.noise.blemish] if seen.noise else []))
-    if settled and _lost(readings.found) and not _lost(found) and not noise:
-        found = (*found, *_lost(mended(*recorded, rough=True).found))
+    if settled and lost(readings.found) and not lost(found) and not noise:
+        found = (*found, *lost(mended(*recorded, rough=True).found))
     found = (*(b for b in readings.found if b.alone), *found, *noise)
     if "adc_quantisation" not in (*(effect.id for effect in explained), *leave_out):
         found = (*found, *adc_steps([*readings.traces, *readings.hold_out], readings.data.noise.rms_v))
     return replace(readings, found=found)
 
 
-def loses(readings: Readings, chain: Chain, leave_out: Sequence[str], rough: bool = False) -> bool:
-    """Return whether a close look against a chain, or a rough one, finds readings that are lost."""
-    noise_v = readings.data.noise.rms_v
-    return bool(_lost(mended(chain, readings.traces, readings.hold_out, noise_v, leave_out, rough).found))
-
-
-def loses_roughly(readings: Readings, chain: Chain, leave_out: Sequence[str]) -> bool:
-    """Return whether a rough look against a chain finds readings that are lost, where none are known to be."""
-    known = _lost(readings.found) or _coloured(readings.found)
-    return not known and loses(readings, chain, leave_out, rough=True)
-
-
-def lost_no_more(readings: Readings, hypothesis: Hypothesis, leave_out: Sequence[str]) -> bool:
-    """Return whether losses that the plain model showed are none beside a law that tells most of what it left.
-
-    Readings that were put back where none is lost are off, which asks for laws that are not there.
-    """
-    if all(blemish.alone for blemish in _lost(readings.found)):
-        return False
-    most = hypothesis.effects and hypothesis.chi2 - hypothesis.count < TOLD * (readings.plain.chi2 - hypothesis.count)
-    return bool(most) and not loses(readings, hypothesis.fit.chain, leave_out)
-
-
-def counts_another(before: Readings, after: Readings) -> bool:
-    """Return whether as many readings as had been put back were not what was lost."""
-    counts = [{b.where: b.values["count"].value for b in _lost(readings.found)} for readings in (before, after)]
-    return counts[0] != counts[1]
-
-
-def _lost(found: Sequence[Blemish]) -> tuple[Blemish, ...]:
+def lost(found: Sequence[Blemish]) -> tuple[Blemish, ...]:
     """Return the losses of readings among blemishes."""
     return tuple(blemish for blemish in found if blemish.id == MissingSamples.id)
 
 
-def _coloured(found: Sequence[Blemish]) -> tuple[Blemish, ...]:
+def coloured(found: Sequence[Blemish]) -> tuple[Blemish, ...]:
     """Return the coloured noise among blemishes."""
     return tuple(blemish for blemish in found if blemish.id == ColouredNoise.id)
 
 
 def _noisy(readings: Readings, chain: Chain) -> bool:
     """Return whether the noise is coloured in what a chain leaves of the recordings, too."""
-    train, test = _less(chain, _as_recorded(readings), readings.data.noise.rms_v)
+    train, test = less(chain, as_recorded(readings), readings.data.noise.rms_v)
     return coloured_noise(train, test, readings.settle_s) is not None or noise_left(train, test) is not None
 
 
@@ -290,16 +234,16 @@ def _accounts(readings: Readings, chain: Chain, noise: Blemish) -> bool:
     Physics that goes on from repeat to repeat leaves a little of itself in their differences, and more in the whole.
     """
     sd, rms_v = noise.values["sd"], readings.data.noise.rms_v
-    left = [trace.y[:][good(trace)] for part in _less(chain, _as_recorded(readings), rms_v) for trace in part]
+    left = [trace.y[:][good(trace)] for part in less(chain, as_recorded(readings), rms_v) for trace in part]
     return pooled_rms(left) ** 2 < ALL_OF_IT * (rms_v**2 - sd.value**2 + sd.high**2)
 
 
-def _as_recorded(readings: Readings) -> Mended:
+def as_recorded(readings: Readings) -> Mended:
     """Return the recordings as nothing has mended them."""
     return Mended(readings.traces, readings.hold_out, ())
 
 
-def _less(chain: Chain, seen: Mended, noise_v: float) -> tuple[list[Trace], list[Trace]]:
+def less(chain: Chain, seen: Mended, noise_v: float) -> tuple[list[Trace], list[Trace]]:
     """Return recordings less what a chain answers."""
     parts = seen.training, seen.proof
     train, test = ([replace(t, y=t.y[:] - answer(chain, t, noise_v)) for t in traces] for traces in parts)

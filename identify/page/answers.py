@@ -1,7 +1,7 @@
 """What does a picture hold against the recordings: a chain under the name and look it has in every picture?"""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -53,15 +53,6 @@ def beginnings(observations: Sequence[Observation]) -> tuple[Observation, ...]:
 def cut(observations: Sequence[Observation]) -> str:
     """Return a sentence that says how much of long runs is drawn, nothing where all of them is."""
     return f" A long run is drawn up to sample {DRAWN}." if any(o.trace.size == DRAWN for o in observations) else ""
-
-
-def joined(observations: Sequence[Observation]) -> tuple[Observation, ...]:
-    """Return one observation a run, using every sample that is used in any of its parts."""
-    whole: dict[str, Observation] = {}
-    for part in observations:
-        seen = whole.get(part.trace.name)
-        whole[part.trace.name] = part if seen is None else replace(part, use=seen.use | part.use)
-    return tuple(whole.values())
 
 
 def worst(residual: Array) -> slice:

@@ -1,5 +1,6 @@
 """What should the operator do next?"""
 
+from identify.explain.confirm import UNFINISHED
 from identify.explain.explanation import Explanation, Finding
 from identify.explain.phrases import TAP
 from identify.unnamed.correction import UNNAMED
@@ -21,6 +22,8 @@ SPEED = "record triangles of one height at two speeds: what follows the rate sca
 
 def next_steps(told: Explanation) -> list[str]:
     """Return what to do, the most useful first."""
+    if told.verdict == "consistent" and told.remaining.over_noise > UNFINISHED:
+        return ["Fit the held-out runs, too, or others that move as far and as fast: the model is not sure there."]
     if told.verdict == "consistent":
         return ["Nothing: use the model below. A protocol that reaches other levels and speeds would try it further."]
     steps = [step for finding in told.effects for step in _about(finding)]

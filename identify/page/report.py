@@ -12,10 +12,10 @@ from identify.identification import FrequencyPoint, Identification
 from identify.interval import Interval
 from identify.model import LinearF, Model, Physics, Rational
 from identify.natural_units import shown, shown_interval
-from identify.observe import Observation
+from identify.observe import Observation, joined
 from identify.of_device import device_lines
 from identify.page import place_pictures, rig_pictures, signal_pictures
-from identify.page.answers import Answer, beginnings, joined
+from identify.page.answers import Answer, beginnings
 from identify.page.border_picture import borders
 from identify.page.document import NOTHING, Imprint, Page, begun
 from identify.page.drawing import AFTER, BEFORE, Picture

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from identify.effects import chain_of
-from identify.explain import explain, readings
+from identify.explain import explain, hidden
 from identify.explain.knowing import knows_contact, knows_f, knows_gap, ruled_out
 from identify.stage import Place
 from tests.proof.ask import known_effects
@@ -68,13 +68,13 @@ def test_what_knows_when_contact_is_made_is_not_suspected_to_be_noise_of_the_rea
     chain, traces = chain_of(model_of(OP_AMP)), runs((physics,))
     plain = SimpleNamespace(fit=SimpleNamespace(chain=chain))
     bench = SimpleNamespace(observations=[observed(run, NOISE_V) for run in traces])
-    data = SimpleNamespace(noise=SimpleNamespace(rms_v=NOISE_V))
+    data = SimpleNamespace(noise=SimpleNamespace(rms_v=NOISE_V), test=())
     there = SimpleNamespace(
         traces=traces, hold_out=(), found=(), plain=plain, bench=bench, data=data, settle_s=0.02
     )
-    monkeypatch.setattr(readings, "noise_left", lambda train, proof: SimpleNamespace(told=80.0))
-    monkeypatch.setattr(readings, "against_repeats", lambda noise, seen: False)
-    assert readings.suspected(there, ()) == told
+    monkeypatch.setattr(hidden, "noise_left", lambda train, proof: SimpleNamespace(told=80.0))
+    monkeypatch.setattr(hidden, "against_repeats", lambda noise, seen: False)
+    assert hidden.suspected(there, ()) == told
 
 
 def test_what_wanders_in_the_gap_alone_is_not_named_noise_of_the_reading_but_is_at_f():

@@ -71,7 +71,7 @@ def test_blemishes_alone_explain_nothing_that_noise_cannot_make(over: float, ver
     readings = SimpleNamespace(found=(SimpleNamespace(id="missing_samples"),))
     vars(answer).update(
         better=left, beyond=beyond, readings=readings, proof=None, blemished=True, unproven=False, unvisited=None,
-        named_over=1.01, after_v=0.0101, noise_v=0.01, by_chance=0.0,
+        left_open=None, named_over=1.01, after_v=0.0101, noise_v=0.01, by_chance=0.0,
     )  # fmt: skip
     assert answer.verdict == verdict
     assert answer.remaining().stage == stage

@@ -2,14 +2,16 @@
 
 import sys
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
 from identify.effects import catalogue, chain_of
 from identify.explain import explain
 from identify.explain.bench import Bench
+from identify.explain.hidden import hides_blemishes
 from identify.explain.locate import located
-from identify.explain.readings import Look, _looked, hides_blemishes, read
+from identify.explain.readings import Look, _looked, read
 from identify.explain.warrant import Warranted
 from identify.interval import Interval
 from identify.readings import blemishes
@@ -38,9 +40,9 @@ def test_a_second_look_is_believed_unless_it_sees_less(monkeypatch):
     test = [recorded(OP_AMP, sine("other", 12.5, 3.0, 2, 1), RAILS, 0.01, 9, 9.0, 8)]
     once, looks = WAY._looked_again, []
 
-    def twice(readings, kept, data, look):
+    def twice(readings, bench, kept, data, look):
         looks.append(look.leave_out)
-        reading, again = once(readings, kept, data, look)
+        reading, again = once(readings, bench, kept, data, look)
         return (reading, replace(look, leave_out=left_out)) if look.leave_out == OTHERS else (reading, again)
 
     monkeypatch.setattr(WAY, "_looked_again", twice)
@@ -109,9 +111,11 @@ def test_blemishes_are_looked_for_beside_what_is_unnamed_but_not_beside_what_goe
     kept = Warranted(plain, located(bench, plain))
     beside = kept.beyond.fitted[0][1]
     assert beside.misfit < 0.02 < plain.misfit
-    assert WAY._best_told(kept) is beside.fit.chain
+    there = SimpleNamespace(traces=(), hold_out=()), bench
+    data = SimpleNamespace(test=(), noise=SimpleNamespace(rms_v=0.01))
+    assert WAY._best_told(*there, kept, data, Look()) is beside.fit.chain
     drifting = replace(kept.beyond, fitted=((OffsetOverClock(Place.SENSE, (0.0, 1.0)), beside),))
-    assert WAY._best_told(replace(kept, beyond=drifting)) is plain.fit.chain
+    assert WAY._best_told(*there, replace(kept, beyond=drifting), data, Look()) is plain.fit.chain
 
 
 @pytest.mark.parametrize(("counts", "times"), [((4.0, 4.0, 4.0), 1), ((4.0, 5.0, 5.0), 2)])

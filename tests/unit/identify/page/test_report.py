@@ -34,9 +34,8 @@ from identify.interval import Interval
 from identify.model import Backlash, LinearF, Model, Physics, Rational
 from identify.natural_units import shown, shown_interval
 from identify.noise import Noise
-from identify.observe import Observation, rms
+from identify.observe import Observation, joined, rms
 from identify.page import answers, place_pictures
-from identify.page.answers import joined
 from identify.page.document import Imprint
 from identify.page.drawing import embedded
 from identify.page.report import at_first_glance, explanation_page, identification_page

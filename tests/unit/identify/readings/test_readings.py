@@ -11,8 +11,9 @@ from identify.colour import Colour, whitening
 from identify.effects import catalogue
 from identify.effects.effect import Confusion, short
 from identify.explain.explain import explain, prepared
+from identify.explain.hidden import counts_another, hides_noise, loses, lost_no_more, suspected
 from identify.explain.of_readings import finding
-from identify.explain.readings import Look, counts_another, hides_noise, loses, lost_no_more, read, reread, suspected
+from identify.explain.readings import Look, read, reread
 from identify.holdout import settling_s, split
 from identify.interval import Interval
 from identify.noise import good
@@ -193,7 +194,7 @@ def test_noise_that_a_model_leaves_is_hidden_in_it_where_repeats_have_its_colour
     assert not hides_noise(seen, seen.bench, seen.plain, (ColouredNoise.id,))
     assert (suspected(seen, ()) > 60.0) is hidden
     assert suspected(seen, (ColouredNoise.id,)) == 0.0
-    monkeypatch.setattr("identify.explain.readings.against_repeats", lambda noise, seen: True)
+    monkeypatch.setattr("identify.explain.hidden.against_repeats", lambda noise, seen: True)
     assert suspected(seen, ()) == 0.0
 
 
