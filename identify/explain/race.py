@@ -74,6 +74,31 @@ def doubled(bench: "Bench", base: Hypothesis, tried: Sequence[Hypothesis], least
     return found
 
 
+def begun_anew(bench: "Bench", base: Hypothesis, tried: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Fit lags again that were given up behind a law that is none, from where the rig file has the plain values.
+
+    Where data tell little, these have moved far to stand in for a lag, and its fit has a long way back.
+    """
+    best = min(tried, key=lambda h: h.chi2, default=base)
+    if base.effects or best is base or best.effects[-1].lags:
+        return list(tried)
+    least, reach = best.chi2 + COMPARED, base.chi2 - FAR * (base.chi2 - best.chi2)
+    anew = [h.effects[-1].lags and not h.fit.converged and least < h.chi2 < reach for h in tried]
+    return [_from_rig_file(bench, h) if again else h for h, again in zip(tried, anew, strict=True)]
+
+
+def _from_rig_file(bench: "Bench", hypothesis: Hypothesis) -> Hypothesis:
+    """Return a lag fitted from the plain values of the rig file, as long as it is or twice; itself where that is worse.
+
+    Narrow valleys bend on the way, and from one start or the other a fit comes to rest in them.
+    """
+    effects, values = hypothesis.effects, hypothesis.fit.chain.values
+    own = {name: value for name, value in values.items() if name not in bench.plain.values}
+    begun = bench.with_effects(effects, {**bench.plain.values, **own})
+    anew = [bench.fitted(chain, effects) for chain in (begun, effects[-1].doubled(begun))]
+    return min((hypothesis, *anew), key=lambda h: h.chi2)
+
+
 @dataclass(frozen=True)
 class _First:
     """What does the first lap of a law leave, from the values it is promised at?"""

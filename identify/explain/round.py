@@ -20,6 +20,7 @@ DOUBTFUL = 0.05  # probability of a start's gain by chance above which nothing s
 FITTED_A_ROUND = 8
 NEXT = 2e-4  # share of what is explained already that one more effect must explain: a rig file is not exact either
 WHOLE = 0.9  # share of what is left, from which an effect counts however little that is
+STANDS_IN = 0.3  # share of the best start's gain from which a lag is fitted though another law explains all
 UNFORESEEN = 3  # fits a round of what first order does not foresee
 PROMISING = 0.2  # share of the best promise below which a candidate is not fitted
 NEARLY = 0.9  # share of the best promise that the samples' own grid, on which promises are made, may mistake
@@ -182,19 +183,23 @@ def lagging(
     """Return every lag that was not fitted, from its best start, where the best fit leaves much of a misfit.
 
     The plain values stand in for a lag, and first order does not lead back from where they have gone. What is ``there``
-    of chi-squared says what is much. Where the misfit ``wanders``, from repeat to repeat, what acts by chance is
+    of chi-squared says what is much. Where it leaves little, those whose start alone explains a fair share of what the
+    best start does: where data tell little, another law explains with values that are off what a lag does. Where the
+    misfit ``wanders``, from repeat to repeat, what acts by chance is
     returned, too: first order foresees the mean of it alone.
     """
     best = min(tried, key=lambda h: h.chi2, default=base)
-    if there <= 0.0 or base.chi2 - best.chi2 > WHOLE * there:
+    if there <= 0.0:
         return []
+    whole = base.chi2 - best.chi2 > WHOLE * there
+    least = STANDS_IN * max((c.gain for c in screened), default=0.0) if whole else 0.0
     fitted = {kind_of(h.effects[-1]) for h in tried}
 
     def late(effect: Effect) -> bool:
-        return effect.lags or (wanders and effect.by_chance)
+        return effect.lags or (wanders and effect.by_chance and not whole)
 
     found: dict[Kind, Candidate] = {}
-    for c in (c for c in screened if late(c.effect) and kind_of(c.effect) not in fitted):
+    for c in (c for c in screened if late(c.effect) and c.gain >= least and kind_of(c.effect) not in fitted):
         found.setdefault(kind_of(c.effect), c)
     return list(found.values())
 

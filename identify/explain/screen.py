@@ -4,6 +4,7 @@ They are screened by what they would leave to first order, and those that promis
 other values.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -13,7 +14,7 @@ from identify.effects.effect import Effect
 from identify.explain.chance import as_large
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.promise import Promise, promised, together
-from identify.explain.race import doubled, raced
+from identify.explain.race import begun_anew, doubled, raced
 from identify.explain.round import (
     LOOKED_AT,
     PAIRED,
@@ -63,19 +64,29 @@ class RoundOf:
         late = outdone(hopes, worth, base.chi2 - min((h.chi2 for h in tried), default=base.chi2)) if tried else []
         worth, tried = [*worth, *late], doubled(bench, base, [*tried, *raced(bench, base, late, tried)], self.least)
         complete = bench.complete(min((base, *tried), key=lambda h: h.chi2))
-        if not complete or base.misfit < bench.noise_known:
-            wanders = unrepeated(base.fit.chain, bench.observations)
-            there = bench.explainable(base)
-            unmet = [p.candidate for p in unforeseen(hopes, worth, tried, base, there)]
-            lags = lagging(screened, tried, base, wanders > MOSTLY, there) if there > self.least else []
-            left = [*unmet, *(c for c in lags if c not in unmet)]
-            starts = [Promise(c, _begun(bench, base, c, wanders), c.gain) for c in left]
-            tried = [*tried, *raced(bench, base, starts, tried)]
+        starts = self._unpromised(bench, base, screened, hopes, worth, tried, complete)
+        tried = begun_anew(bench, base, [*tried, *raced(bench, base, starts, tried)])
         fitted = [h for h in (*tried, *bench.fuller(base, tried)) if bench.possible(h)]
         fitted = [h for h in fitted if base.chi2 - h.chi2 >= bench.rough] if bench.rough else fitted
         others = [Promise(c, c.effect.put_in(evidence.chain, c.values), c.gain) for c in likely[LOOKED_AT:PAIRED]]
         pairs = () if complete else together(evidence, [*hopes, *others])
         return Round(base, looks, ranked(base, fitted), None, passed_over(hopes, worth), pairs)
+
+    def _unpromised(
+        self, bench: "Bench", base: Hypothesis, screened: Sequence[Candidate], hopes: Sequence[Promise],
+        worth: Sequence[Promise], tried: Sequence[Hypothesis], complete: bool,
+    ) -> list[Promise]:  # fmt: skip
+        """Return where fits begin of what first order does not promise: most where the best fit leaves much."""
+        if complete and base.misfit >= bench.noise_known:
+            beyond = base.chi2 - base.count
+            lags = lagging(screened, tried, base, False, beyond) if beyond > self.least else []
+            return [Promise(c, c.effect.put_in(base.fit.chain, c.values), c.gain) for c in lags]
+        wanders = unrepeated(base.fit.chain, bench.observations)
+        there = bench.explainable(base)
+        unmet = [p.candidate for p in unforeseen(hopes, worth, tried, base, there)]
+        lags = lagging(screened, tried, base, wanders > MOSTLY, there) if there > self.least else []
+        left = [*unmet, *(c for c in lags if c not in unmet)]
+        return [Promise(c, _begun(bench, base, c, wanders), c.gain) for c in left]
 
     def wants(self, effect: Effect) -> bool:
         """Return whether a law is looked at: where one is left out, so is what acts by chance."""

@@ -91,7 +91,7 @@ def _is_tail(noise: Uneven, far: FarOut) -> bool:
 
     Noise that goes with something need not be Gaussian, nor go with that alone. What stands far above it is none of it.
     """
-    if float(np.median(np.abs(far.sizes_v / far.noise_v))) > FAR_ABOVE * far.threshold:
+    if float(np.median(far.sizes_sd)) > FAR_ABOVE * far.threshold:
         return False
     return far.chance_along([noise.of(seen.trace) for seen in far.runs]) < TAIL
 

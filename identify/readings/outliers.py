@@ -144,6 +144,11 @@ class FarOut:
         return np.concatenate([np.abs(o.off_v[out]) for o, out in zip(self.runs, self.out, strict=True)])
 
     @property
+    def sizes_sd(self) -> Array:
+        """Return the same, in standard deviations of the noise where each lies."""
+        return np.concatenate([np.abs(o.far[out]) for o, out in zip(self.runs, self.out, strict=True)])
+
+    @property
     def noise_v(self) -> Array:
         """Return the noise of each where it lies, V."""
         pairs = zip(self.runs, self.out, strict=True)

@@ -400,8 +400,11 @@ def test_lags_are_fitted_once_each_where_the_best_fit_leaves_much(bench):
     poor = replace(base, effects=(late(Place.G2),), chi2=0.8 * base.chi2)
     there = base.chi2 - base.count
     assert lagging(screened, [poor], base, False, there) == screened[2:5]
-    assert lagging(screened, [replace(poor, chi2=1.01 * base.count)], base, False, there) == []
     assert lagging(screened, [], base, False, 0.0) == []
+    whole = replace(poor, chi2=1.01 * base.count)  # it explains all; starts that explain as much as its own may, too
+    assert lagging(screened, [whole], base, False, there) == screened[2:5]
+    weak = [replace(candidate, gain=0.05 * candidate.gain) for candidate in screened[1:]]
+    assert lagging([replace(screened[0], gain=1.0), *weak], [whole], base, False, there) == []
 
 
 def test_what_acts_by_chance_is_fitted_where_the_misfit_differs_from_repeat_to_repeat(bench):
