@@ -109,11 +109,10 @@ def read(
         return undone(recorded) if _waits(found) else found
     if not lost(rough.found) or coloured(found.found):
         return found  # noise that hangs together looks like a loss to a rough look
-    mended_roughly = undone(rough)
-    left = mended_roughly.plain.misfit
-    if look.held or left < 2.0 * bench.noise_known:
-        return mended_roughly
-    return replace(found, doubtful=lost(rough.found)) if left < DOUBTED * before.misfit else found
+    roughly = undone(rough)
+    if look.held or roughly.plain.misfit < 2.0 * bench.noise_known:
+        return roughly
+    return replace(found, doubtful=lost(rough.found)) if roughly.plain.misfit < DOUBTED * before.misfit else found
 
 
 def _waits(found: Readings) -> bool:
