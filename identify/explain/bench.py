@@ -6,7 +6,7 @@ parameters. What was asked of a hypothesis once is remembered.
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import isfinite, log
+from math import inf, isfinite, log
 from typing import Any, TypeVar
 
 import numpy as np
@@ -24,6 +24,7 @@ from identify.explain.suspect import Suspect, explainable
 from identify.explain.suspects import suspects
 from identify.explain.wander import without_chance
 from identify.explain.weights import Carried
+from identify.fit import total_chi_squared
 from identify.observe import Observation, refined
 from identify.stepping import alike, coarsened
 
@@ -33,6 +34,7 @@ ITERATIONS = 40
 COARSER = 4  # instants of a grid to one of that on which a fit is searched
 LATEST = "evidence", 0  # among what was asked
 ROUNDS = 3  # of measuring what finer grids add, at most
+RISEN = 3.0  # of chi-squared: coarse grids on which fits leave more each time lead to no optimum
 MISLED = 2.0  # times what a fit left on coarse grids that it leaves in the end: they do not lead there
 
 
@@ -70,18 +72,23 @@ class Bench:
         """Fit a chain from its own values, with the priors of the plain parameters at the rig file's.
 
         The search goes on coarser grids; what those of the bench add to the answer is measured where it begins and
-        where it ends, and again as long as that makes a difference; where they mislead, those of the bench are taken.
+        where it ends, and again as long as that makes a difference; where they mislead, or what is left rises from one
+        time to the next, those of the bench are taken.
         Where a fit is left to be continued, it need not be ``told`` how sure its values are.
         """
         seen = self._coarsened(chain)
         found = self._search.led(chain, effects, seen, iterations, told)
-        believed = found.cost
+        believed, least, risen = found.cost, inf, False
         for _ in range(ROUNDS):
             before, seen = seen, self._coarsened(found.chain)
             if seen == before or alike(before, seen):
                 break
+            left = total_chi_squared(found.chain, seen)
+            if risen := left > least + RISEN:
+                break
+            least = min(least, left)
             found = self._search.led(found.chain, effects, seen, iterations, told)
-        if found.cost > MISLED * believed:
+        if risen or found.cost > MISLED * believed:
             seen = self.observations
             found = self._search.searched(chain, effects, seen, iterations, told)
         left, swell = without_chance(found.chain, effects, seen, self.noise_known)

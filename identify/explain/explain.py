@@ -53,6 +53,7 @@ from identify.starts.start import stabilised
 from identify.trace import Trace, intersample_of
 
 MUCH = 1.0  # misfit of a plain fit from which it may be a wrong one
+LITTLE = 0.1  # misfit up to which nothing may be missing: what coarse grids leave out of a fit would pass for physics
 
 Note = Callable[[str, float], None]
 
@@ -227,7 +228,8 @@ def prepared(model: Model, data: Split, leave_out: Sequence[str] = ()) -> tuple[
     bench = Bench(chain, data.train, model.fixed, kinds, noise_known=noise_known)
     coarse = _plain(bench)
     bench = bench.refined(coarse.fit.chain)
-    return bench, bench.fitted(coarse.fit.chain, ())
+    found = bench.fitted(coarse.fit.chain, ())
+    return bench, bench.finely(found) if found.misfit < LITTLE else found
 
 
 def _plain(bench: Bench) -> Hypothesis:

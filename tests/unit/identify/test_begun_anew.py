@@ -1,4 +1,4 @@
-"""Is a lag told where data tell so little that plain values may stand in for it?"""
+"""Does a fit end where the data say, and not where plain values or coarse grids have led it?"""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -9,13 +9,16 @@ import pytest
 from identify.effects import catalogue, chain_of
 from identify.explain import explain
 from identify.explain.bench import Bench
+from identify.explain.explain import prepared
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.race import begun_anew
+from identify.fit import fit
+from identify.holdout import split
 from identify.stage import Place
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP, Rig, toleranced
-from tests.proof.stimuli import Stimulus
-from tests.trials import model_of, recorded
+from tests.proof.stimuli import FIG13_LEVELS_V, Stimulus, staircase
+from tests.trials import model_of, observed, recorded
 
 RAIL = catalogue()["saturation"](Place.F, "lower")
 RATE_HZ = 5000.0
@@ -55,3 +58,37 @@ def test_only_lags_that_were_given_up_behind_a_law_that_is_none_are_fitted_from_
     for start, laws in ((base, [tried(gap, 1000.0), behind]), (replace(base, effects=(RAIL,)), [rail, behind])):
         assert begun_anew(bench, start, laws) == laws
     assert begun_anew(bench, base, []) == []
+
+
+SLOW = Rig("slow", (1.0,), (6.7e-8, 6.97e-3, 1.0), 6.9, 0.55, 5.5, -0.46, (1.0,), (1.28e-8, 3.81e-3, 1.0), 1.44e-3)
+LEVELS = np.repeat(np.random.default_rng(1).uniform(-1.5, 1.5, 400), 10)
+READ_SLOWLY = Stimulus("levels", LEVELS, (), 2000.0)  # the fast poles of either block take a fiftieth of a sample
+
+
+def test_a_fit_ends_at_its_optimum_though_coarse_grids_do_not_show_what_the_values_do() -> None:
+    """It ended 160 of chi-squared above, which a law of no catalogue at F explained, and p was 1e-24."""
+    seen = (observed(recorded(SLOW, READ_SLOWLY, (), SLOW.noise_v, 1), SLOW.noise_v, 1),)
+    bench = Bench(chain_of(model_of(toleranced(SLOW, 1, 0.05))), seen, (), ())
+    bench = bench.refined(bench.plain)
+    best = fit(bench.plain, bench.observations, iterations=60)
+    assert bench.fitted(bench.plain, ()).chi2 < best.cost + 1.0
+
+
+RAILS = Concealed("saturation", {"lower": -4.0, "upper": 4.0})
+
+
+@pytest.mark.parametrize(("physics", "finely"), [((), 1), ((RAILS,), 0)])
+def test_the_plain_fit_is_brought_to_its_end_where_nothing_may_be_missing(
+    physics: tuple[Concealed, ...], finely: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+
+    def brought(bench: Bench, hypothesis: Hypothesis) -> Hypothesis:
+        asked.append(hypothesis.misfit)
+        return hypothesis
+
+    monkeypatch.setattr(Bench, "finely", brought)
+    model = model_of(OP_AMP)
+    walk = recorded(OP_AMP, staircase("walk", FIG13_LEVELS_V, 0.02), physics, 0.01, 1, fine=8)
+    prepared(model, split(model, [walk]))
+    assert len(asked) == finely
