@@ -121,10 +121,11 @@ def _apart(order: Array, closest: float, count: int) -> list[float]:
 
 
 def comb(evidence: "Evidence") -> Comb:
-    """Return what the residual asks of the levels of u that are held longest."""
+    """Return what the residual asks of the levels of u that are held longest; of none where that is a single one."""
     sources = [o.source[0 : o.trace.size * o.substeps : o.substeps] for o in evidence.observations]
     levels = _held(np.concatenate(sources))
     height = SMALL * float(np.ptp(levels)) if levels.size else 0.0
+    levels = levels if height > 0.0 else levels[:0]
     rows = np.concatenate(
         [_answers(evidence.chain, o, u, levels, height) for o, u in zip(evidence.observations, sources, strict=True)],
         axis=1,

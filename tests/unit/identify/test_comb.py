@@ -36,6 +36,15 @@ def test_one_level_or_none_says_nothing_of_steps():
     assert Comb(one[:0], np.eye(0), one[:0]).best(20.0, 4) == []
 
 
+def test_a_run_at_one_level_says_nothing_of_steps():
+    """Of a pulse that is up nearly all the time; it was divided by what other levels there are."""
+    pulse = staircase("pulse", (0.0, 2.5), 0.05)
+    seen = observed(recorded(OP_AMP, pulse, (), 1e-3, 1, fine=8), 1e-3)
+    evidence = Evidence(fit(plain_chain(model_of(OP_AMP)), [seen]), [seen])
+    assert comb(evidence).levels.size == 0
+    assert DacQuantisation(Place.SOURCE).starts(evidence) == []
+
+
 def test_steps_that_round_alike_are_one_to_a_fit():
     """Within these no level changes its code: all that a derivative sees is the size of the steps."""
     u = np.linspace(-10.0, 10.0, 2001)
