@@ -9,7 +9,8 @@ from scipy.signal import lfilter
 from identify.chain import plain_chain, simulate
 from identify.colour import Colour, Sizes, whitening
 from identify.explain.explain import explain
-from identify.readings.mend import mended
+from identify.readings.mend import _is_tail, mended
+from identify.readings.outliers import FarOut, Outliers
 from identify.readings.uneven_noise import OverClock, OverLevel, OverRate, uneven_noise
 from tests.proof.ask import parted
 from tests.proof.bench import record
@@ -150,6 +151,15 @@ def test_outliers_of_noise_that_goes_with_the_level_are_no_spikes():
     low, high = (float(np.std(noise[part])) for part in (level < 0.3 * TOP_V, level > 0.8 * np.max(level)))
     assert high == pytest.approx(low, rel=0.1)  # it was five times as large
     assert mended(CHAIN, traces[:2], traces[2:], NOISE_V, ("unnamed", "missing_samples")).noise is None
+
+
+def test_a_reading_that_lies_far_out_once_all_scatter_alike_may_be_the_median_itself():
+    """As recorded it is off by nothing, which was divided by nothing."""
+    seen = Outliers(QUIET[0], np.array([0.0, 0.2]), np.array([8.0, -9.0]), NOISE_V, np.ones(2, dtype=bool),
+                    np.zeros(2), np.zeros(2))  # fmt: skip
+    far = FarOut([seen], 5.0, [np.arange(2)], 2, 1e-9)
+    assert far.sizes_sd == pytest.approx([8.0, 9.0])
+    assert not _is_tail(None, replace(far, threshold=1.0))  # and far above what any tail of it has
 
 
 @pytest.mark.parametrize("size_v", [12.0 * NOISE_V, 40.0 * NOISE_V])
