@@ -1,4 +1,4 @@
-"""How good is the explainer? ``python -m tests.proof --cases 1360 --seed 1 --jobs 2``: sealed trials, then the tables.
+"""How good is the explainer? ``python -m tests.proof --cases 1700 --seed 1 --jobs 2``: sealed trials, then the tables.
 
 Every trial is appended to ``--out`` as it ends, two lines each: its seal before the tool is asked, its truth and the
 answer after. A study that was cut goes on where it stopped when the same command is given again. ``--keep`` puts its
@@ -62,7 +62,7 @@ def told(entries: list[Entry], written: bool) -> None:
 def arguments(words: list[str] | None = None) -> argparse.Namespace:
     """Return what is asked for."""
     parser = argparse.ArgumentParser(prog="python -m tests.proof", description=__doc__)
-    parser.add_argument("--cases", type=int, default=68, help="how many trials; 68 are a round of the whole")
+    parser.add_argument("--cases", type=int, default=85, help="how many trials; 85 are a round of the whole")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--stratum", action="append", choices=STRATA, help="only this; may be given again")
     parser.add_argument("--z", type=float, nargs=2, metavar=("LEAST", "MOST"),

@@ -29,6 +29,7 @@ BOTH = "two effects: both named"
 BOTH_LISTED = "two effects: both named or listed"
 MISNAMED = "two effects: a wrong name called likelier than not"
 FOREIGN = "outside: a wrong name called likelier than not"
+FREELY = "runs as an operator chose them"
 COMPOSED = "laws put together by chance"
 PLACED_AS_ONE = "right stage, or one told at which it is said to give exactly the same data"
 FOREMOST = (FALSE_ALARM, RIGHT, WITHIN, WRONG, COVERED, BOTH, MISNAMED, FOREIGN)
@@ -55,7 +56,8 @@ def _table(outcomes: Sequence[Outcome], rows: Rows) -> str:
 
 def _asked(outcomes: Sequence[Outcome], twins: Twins) -> Rows:
     """Return what was asked for and what was measured."""
-    null, single, pair, outside, composed, below = ([o for o in outcomes if o.stratum == s] for s in STRATA)
+    strata = ([o for o in outcomes if o.stratum == s] for s in STRATA)
+    null, single, pair, outside, composed, below, free_null, free = strata
     return [
         (FALSE_ALARM, "at most 1 %", str(share(null, lambda o: o.verdict != "consistent"))),
         (RIGHT, "90 %", str(share(single, lambda o: o.first))),
@@ -82,6 +84,10 @@ def _asked(outcomes: Sequence[Outcome], twins: Twins) -> Rows:
         (f"{COMPOSED}: right stage told or listed", "", str(share(composed, lambda o: o.placed_or_listed))),
         (f"{COMPOSED}: a wrong name called likelier than not", "", str(share(composed, confident_and_wrong))),
         ("below detection (z 0.3-3): a wrong name", "", str(share(below, lambda o: bool(o.wrong)))),
+        (f"{FREELY}, nothing missing: false alarms", "", str(share(free_null, lambda o: o.verdict != "consistent"))),
+        (f"{FREELY}, one effect: right name first", "", str(share(free, lambda o: o.first))),
+        (f"{FREELY}, one effect: right name among at most 3", "", str(share(free, lambda o: o.within))),
+        (f"{FREELY}, one effect: a wrong name called likelier than not", "", str(share(free, confident_and_wrong))),
     ]
 
 
@@ -252,7 +258,7 @@ def failures(outcomes: Sequence[Outcome]) -> str:
 
 def _good(outcome: Outcome) -> bool:
     """Return whether an outcome is all that was asked for."""
-    if outcome.stratum == "null":
+    if outcome.stratum in ("null", "free_null"):
         return outcome.verdict == "consistent"
     if outcome.stratum in UNKNOWN:
         return outcome.placed and not outcome.names

@@ -2,10 +2,11 @@
 
 Strata: ``null`` conceals nothing; ``single`` one physics of the catalogue; ``pair`` two of different stages;
 ``outside`` one that no catalogue has; ``composed`` one that chance put together; ``below`` one of the catalogue that
-the noise hides.
+the noise hides; ``free_null`` and ``free`` are ``null`` and ``single`` under runs that an operator chose.
 """
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import count
@@ -19,19 +20,23 @@ from tests.proof.cases import Concealed, Finding
 from tests.proof.composing import STAGES, composed
 from tests.proof.detect import Sensed, strength
 from tests.proof.kinds import LIBRARY, UNHEARD, Kind
+from tests.proof.operators import protocol as chosen
 from tests.proof.rigs import Rig, Rng, between, drawn_rig, toleranced
 from tests.proof.standard import protocol
 from tests.proof.stimuli import Stimulus
 
-Stratum = Literal["null", "single", "pair", "outside", "composed", "below"]
+Stratum = Literal["null", "single", "pair", "outside", "composed", "below", "free_null", "free"]
 SINCE = {  # the first seed of whose pairs it may be: pairs of seeds before are what they were
     "diode_contact": 103, "adc_averaging": 199,
 }  # fmt: skip
-STRATA: tuple[Stratum, ...] = ("null", "single", "pair", "outside", "composed", "below")
-ROUND = {"null": 15, "pair": 6, "outside": 5, "composed": 5, "below": 5}  # trials, beside one of every effect
+STRATA: tuple[Stratum, ...] = ("null", "single", "pair", "outside", "composed", "below", "free_null", "free")
+ROUND = {  # trials, beside one of every effect
+    "null": 15, "pair": 6, "outside": 5, "composed": 5, "below": 5, "free_null": 5, "free": 5,
+}  # fmt: skip
 UNNAMED_Z = (30.0, 3000.0)
 Z = {
     "single": (10.0, 3000.0), "pair": (30.0, 1500.0), "outside": UNNAMED_Z, "composed": UNNAMED_Z, "below": (0.3, 3.0),
+    "free": (10.0, 3000.0),
 }  # fmt: skip
 OFF = 0.05  # of every value of the rig file
 ALIKE = ({"source_pole", "extra_pole"},)  # the same data, wherever the other is
@@ -39,7 +44,9 @@ SEEN = {"spikes", "missing_samples"}  # one of them is already more than noise h
 MISTAKEN = 0.3  # of a z, on a log scale, that it is looked for again on the grid of the recordings
 HIDES = 0.5  # of the least z that is asked for, that a piece must show beside the others
 UNKNOWN = {"outside", "composed"}
+FREE = {"free_null", "free"}
 LOTS = 50  # draws of what has no size, of which one must show
+Pieces = list[tuple[Concealed, float]]
 ALONE = {"backlash", "unequal_slopes"}  # they change what the plain model is
 
 
@@ -100,7 +107,7 @@ def plan(seed: int, strata: Collection[str], effects: Collection[str]) -> Iterat
 
 def _key(seed: int, stratum: Stratum, number: int, effects: Collection[str]) -> Key:
     """Return a trial of another stratum: nulls and pairs are counted through, the rest takes its kinds in turn."""
-    if stratum in ("null", "pair"):
+    if stratum in ("null", "pair", "free_null"):
         return Key(seed, stratum, stratum, number)
     ids = _ids(stratum, effects)
     return Key(seed, stratum, ids[number % len(ids)], number // len(ids))
@@ -117,12 +124,8 @@ def drawn(key: Key, effects: Collection[str] = frozenset(kind.id for kind in LIB
     """Return the trial of a key; ``effects`` are the ids that pairs are drawn from."""
     rng = key.rng
     kinds = _kinds(key, rng, effects)
-    rig = drawn_rig(rng)
-    training, held_out = protocol(rig, rng)
-    for kind in kinds:
-        rig = kind.prepared(rig)
-    trial = Trial(key, rig, int(rng.integers(2**31)), training, held_out)
-    kinds, pieces = _composed(trial, rng) if key.stratum == "composed" else (kinds, _pieces(trial, kinds, rng))
+    trial, pieces = _freely(key, kinds, rng) if key.stratum == "free" else _drawn(key, kinds, rng)
+    kinds, pieces = _composed(trial, rng) if key.stratum == "composed" else (kinds, pieces)
     told = tuple(Finding(k.id, k.stage, k.told(c.values)) for k, (c, _) in zip(kinds, pieces, strict=True))
     known = key.stratum not in UNKNOWN
     return replace(
@@ -131,9 +134,29 @@ def drawn(key: Key, effects: Collection[str] = frozenset(kind.id for kind in LIB
     )  # fmt: skip
 
 
+def _drawn(key: Key, kinds: Sequence[Kind], rng: Rng) -> tuple[Trial, Pieces]:
+    """Return a rig under a protocol, and the pieces of what is concealed in it, as clear as they can be made."""
+    rig = drawn_rig(rng)
+    training, held_out = (chosen if key.stratum in FREE else protocol)(rig, rng)
+    for kind in kinds:
+        rig = kind.prepared(rig)
+    trial = Trial(key, rig, int(rng.integers(2**31)), training, held_out)
+    return trial, _pieces(trial, kinds, rng)
+
+
+def _freely(key: Key, kinds: Sequence[Kind], rng: Rng) -> tuple[Trial, Pieces]:
+    """Return the first rig and runs that an operator chose which show what is concealed as clearly as they must."""
+    for _ in range(LOTS):
+        with suppress(ValueError):
+            trial, pieces = _drawn(key, kinds, rng)
+            if all(z >= HIDES * (key.z or Z[key.stratum])[0] for _, z in pieces):
+                return trial, pieces
+    raise ValueError(f"{key.text}: none of {LOTS} choices of runs shows what is concealed")
+
+
 def _kinds(key: Key, rng: Rng, effects: Collection[str]) -> tuple[Kind, ...]:
     """Return what is concealed: places and forms of an effect take turns, those of a pair are drawn."""
-    if key.stratum in ("null", "composed"):
+    if key.stratum in ("null", "composed", "free_null"):
         return ()
     if key.stratum == "pair":
         return _pair(rng, [effect for effect in effects if SINCE.get(effect, 0) <= key.seed])
@@ -141,7 +164,7 @@ def _kinds(key: Key, rng: Rng, effects: Collection[str]) -> tuple[Kind, ...]:
     return (variants[key.number % len(variants)],)
 
 
-def _composed(trial: Trial, rng: Rng) -> tuple[tuple[Kind, ...], list[tuple[Concealed, float]]]:
+def _composed(trial: Trial, rng: Rng) -> tuple[tuple[Kind, ...], Pieces]:
     """Return a law put together for the stage of a trial that shows there as clearly as it must, and its piece."""
     for _ in range(LOTS):
         kind = composed(rng, trial.key.about)
@@ -165,7 +188,7 @@ def _variant(rng: Rng, effect: str) -> Kind:
     return variants[int(rng.integers(len(variants)))]
 
 
-def _pieces(trial: Trial, kinds: tuple[Kind, ...], rng: Rng) -> list[tuple[Concealed, float]]:
+def _pieces(trial: Trial, kinds: Sequence[Kind], rng: Rng) -> Pieces:
     """Return every piece and its z: noise is drawn first, and what is concealed beside it must show in it, too.
 
     Where one of several hides another, all are drawn again.

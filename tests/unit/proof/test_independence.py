@@ -36,8 +36,8 @@ def test_the_bench_is_found():
 @pytest.mark.parametrize("path", BENCH, ids=lambda path: path.name)
 def test_bench_imports_nothing_of_the_product(path):
     assert _imported(path.read_text(encoding="utf-8")) <= {
-        "collections", "concurrent", "dataclasses", "functools", "hashlib", "itertools", "json", "lzma", "math",
-        "numba", "numpy", "pathlib", "scipy", "secrets", "tests", "typing", "zlib",
+        "collections", "concurrent", "contextlib", "dataclasses", "functools", "hashlib", "itertools", "json", "lzma",
+        "math", "numba", "numpy", "pathlib", "scipy", "secrets", "tests", "typing", "zlib",
     }  # fmt: skip
 
 

@@ -10,6 +10,7 @@ import pytest
 from identify.effects import catalogue
 from identify.effects.effect import short
 from identify.readings import blemishes
+from tests.proof import operators
 from tests.proof.bench import LAWS, SUBSTEPS, answer, record
 from tests.proof.cases import Concealed
 from tests.proof.composed import COMPOSED, WHAT
@@ -70,6 +71,28 @@ def test_rigs_differ_widely_and_every_one_is_well_excited():
         assert 1.1 < min(moving) <= max(moving) < 4.5
         assert max(np.abs(s.u).max() for s in (*training, *held_out)) <= SOURCE_V
         assert 120_000 < sum(s.u.size for s in training) < 270_000
+
+
+def test_operators_play_one_to_four_runs_of_any_kind_at_any_rate_and_may_hold_none_out():
+    rng = np.random.default_rng(1)
+    played = [operators.protocol(drawn_rig(rng), rng) for _ in range(80)]
+    runs = [run for training, held_out in played for run in (*training, *held_out)]
+    assert {len(training) for training, _ in played} == {1, 2, 3, 4}
+    assert {len(held_out) for _, held_out in played} == {0, 1}
+    assert {run.segments[0].kind for run in runs} == set(operators.SHAPES)
+    assert {run.rate_hz for run in runs} == set(operators.RATES_HZ)
+    assert all(len({run.rate_hz for run in (*training, *held_out)}) == 1 for training, held_out in played)
+    assert {len(run.segments) for run in runs} == {1, 2, 3}
+    assert all(run.segments[-1].stop == run.u.size for run in runs)
+    assert max(np.abs(run.u).max() for run in runs) <= SOURCE_V
+
+
+def test_what_is_concealed_under_runs_that_an_operator_chose_shows():
+    shown = [drawn(Key(5, "free", about, 0)) for about in ("hum", "saturation", "dead_time")]
+    assert all(trial.z[0] > 5.0 and len(trial.expected) == 1 for trial in shown)
+    nothing = drawn(Key(5, "free_null", "free_null", 0))
+    assert (nothing.physics, nothing.expected, nothing.z) == ((), (), ())
+    assert len(nothing.training) <= 4 < len(drawn(Key(5, "null", "null", 0)).training)
 
 
 def test_a_stuck_sine_leaves_the_gap_stuck():
