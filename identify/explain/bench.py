@@ -127,6 +127,11 @@ class Bench:
         known = {k: v for k, v in values.items() if k.partition("[")[0] in chain.values}
         return chain.with_values(known)
 
+    def from_rig_file(self, hypothesis: Hypothesis) -> Chain:
+        """Return the chain of a hypothesis with the plain values of the rig file, those of its effects as they are."""
+        own = {k: v for k, v in hypothesis.fit.chain.values.items() if k not in self.plain.values}
+        return self.with_effects(hypothesis.effects, {**self.plain.values, **own})
+
     def evidence(self, base: Hypothesis) -> Evidence:
         """Return what the residual of a hypothesis tells, of as few samples as tell all of it.
 

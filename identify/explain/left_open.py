@@ -8,15 +8,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import inf, isfinite, sqrt
 
-import numpy as np
 from scipy.stats import chi2 as chi2_distribution
 
 from identify.chain import Chain
 from identify.explain.bench import Bench
-from identify.explain.confirm import CERTAIN, UNFINISHED, adapted, weighed_residual
+from identify.explain.confirm import CERTAIN, UNFINISHED, adapted
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.phrases import listed
-from identify.fit import Fit
+from identify.fit import Fit, total_chi_squared
 from identify.interval import Interval
 from identify.natural_units import shown_interval
 from identify.observe import Observation, joined, over_noise
@@ -72,15 +71,24 @@ def leaves_more(bench: Bench, found: Hypothesis, test: Sequence[Observation]) ->
 
 
 def together(bench: Bench, found: Hypothesis, test: Sequence[Observation]) -> Hypothesis:
-    """Return a hypothesis fitted to all runs, from what those fitted tell or, where that fails, from the rig file."""
-    both = replace(bench, observations=joined((*bench.observations, *test)), known={}, asked={}, coarser=None)
-    values = found.fit.chain.values
-    declared = {name: value for name, value in values.items() if name not in bench.plain.values}
-    fitted = both.fitted(adapted(found.fit.chain, test), found.effects)
-    if fitted.misfit < UNFINISHED**2 - 1.0:
-        return fitted
-    begun = both.with_effects(found.effects, {**bench.plain.values, **declared})
-    return min(fitted, both.fitted(adapted(begun, test), found.effects), key=lambda h: h.chi2)
+    """Return a hypothesis fitted to all runs; asked again of the same runs, it is remembered."""
+    return bench.remembered(_Together(tuple(test)), found)
+
+
+@dataclass(frozen=True)
+class _Together:
+    """What is a hypothesis fitted to all runs, those in ``test`` too?"""
+
+    test: tuple[Observation, ...]
+
+    def __call__(self, bench: Bench, found: Hypothesis) -> Hypothesis:
+        """Return it fitted from what those fitted tell or, where that fails, from the rig file."""
+        both = replace(bench, observations=joined((*bench.observations, *self.test)), known={}, asked={}, coarser=None)
+        fitted = both.fitted(adapted(found.fit.chain, self.test), found.effects)
+        if fitted.misfit < UNFINISHED**2 - 1.0:
+            return fitted
+        begun = both.fitted(adapted(both.from_rig_file(found), self.test), found.effects)
+        return min(fitted, begun, key=lambda h: h.chi2)
 
 
 def _by_chance(bench: Bench, found: Hypothesis) -> bool:
@@ -112,12 +120,8 @@ def _agree(
     left = over_noise(joint.chain, test) ** 2 - 1.0
     if not left <= max(UNFINISHED**2 - 1.0, chance):
         return False
-    rise = _chi2(joint.chain, train) - _chi2(alone.chain, train)
+    rise = total_chi_squared(joint.chain, train) - total_chi_squared(alone.chain, train)
     return rise <= float(chi2_distribution.isf(UNLIKELY, len(alone.coordinates)))
-
-
-def _chi2(chain: Chain, observations: Sequence[Observation]) -> float:
-    return sum(float(np.sum(np.square(weighed_residual(chain, o)))) for o in observations)
 
 
 def _open(alone: Fit, joint: Fit) -> tuple[Open, ...]:

@@ -92,9 +92,7 @@ def _from_rig_file(bench: "Bench", hypothesis: Hypothesis) -> Hypothesis:
 
     Narrow valleys bend on the way, and from one start or the other a fit comes to rest in them.
     """
-    effects, values = hypothesis.effects, hypothesis.fit.chain.values
-    own = {name: value for name, value in values.items() if name not in bench.plain.values}
-    begun = bench.with_effects(effects, {**bench.plain.values, **own})
+    effects, begun = hypothesis.effects, bench.from_rig_file(hypothesis)
     anew = [bench.fitted(chain, effects) for chain in (begun, effects[-1].doubled(begun))]
     return min((hypothesis, *anew), key=lambda h: h.chi2)
 

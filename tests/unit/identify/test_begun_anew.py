@@ -50,7 +50,7 @@ def test_only_lags_that_were_given_up_behind_a_law_that_is_none_are_fitted_from_
         return tried(effects[0], 1001.0, True)
 
     of_rig_file = chain_of(model_of(OP_AMP))
-    bench = SimpleNamespace(plain=of_rig_file, fitted=fitted, with_effects=Bench(of_rig_file, (), (), ()).with_effects)
+    bench = SimpleNamespace(fitted=fitted, from_rig_file=Bench(of_rig_file, (), (), ()).from_rig_file)
     base, rail, behind = replace(plain, chi2=5000.0), tried(RAIL, 1000.0), tried(pole, 2000.0)
     hopeless, done = tried(gap, 4500.0), tried(gap, 2000.0, converged=True)
     assert [h.chi2 for h in begun_anew(bench, base, [rail, behind, hopeless, done])] == [1000.0, 1001.0, 4500.0, 2000.0]
