@@ -19,6 +19,7 @@ AT_ENDS = np.concatenate(([0.0], np.geomspace(3e-4, 0.1, 12)))  # of the range: 
 BETWEEN = np.linspace(0.1, 0.9, 17)[1:-1]
 TOO_LARGE = 0.1  # best size of a change over its own, below which its shape says nothing of a smaller one
 SMALL = 1e-3  # of the range of the level: the height at which hats are passed on
+ROUNDED = 1e-9  # of a level: by less than that rounding alone may change it
 
 Law = Callable[[Array, Mapping[str, float]], Array]
 """What becomes of a level, V, at values by short name."""
@@ -64,11 +65,16 @@ def knots_between(low: float, high: float) -> Array:
 
 
 def hats(chain: Chain, place: Place, knots: Array, observation: Observation) -> NDArray[np.float64]:
-    """Return the answers to hat functions of the level behind ``place``, V/V, where samples count, shape (K, n)."""
+    """Return the answers to hat functions of the level behind ``place``, V/V, where samples count, shape (K, n).
+
+    A law of a level that never changes, as behind a gap that is stuck, is an offset: none of them is answered.
+    """
     coarse = replace(observation, substeps=1, left_out=None)
     at = chain.index(place)
     level = signals(chain, coarse.trace)[at - 1]
     height = SMALL * float(knots[-1] - knots[0])
+    if height <= SMALL * ROUNDED * float(np.max(np.abs(knots))):
+        return np.zeros((knots.size, np.count_nonzero(coarse.use)))
     rest = _passed_on(chain, at, level, coarse)
     return np.array([
         (_passed_on(chain, at, level + height * np.interp(level, knots, hat), coarse) - rest)[coarse.use] / height

@@ -50,6 +50,7 @@ from identify.readings.missing_samples import MissingSamples
 from identify.stage import Place
 from identify.starts.orders import valued
 from identify.starts.start import stabilised
+from identify.starts.unmet import drawn_in
 from identify.trace import Trace, intersample_of
 
 MUCH = 1.0  # misfit of a plain fit from which it may be a wrong one
@@ -236,15 +237,21 @@ def _plain(bench: Bench) -> Hypothesis:
     """Return the plain chain fitted; where that leaves much, from where F alone leads, if that is better.
 
     While F is off by more than the lags are, these stand in for it, and may come to rest on the other side of each
-    other.
+    other. A border that w never meets says nothing of where it is: one that was drawn in may explain a good part.
     """
     found = bench.fitted(bench.plain, ())
-    if found.misfit < MUCH:
-        return found
-    lags = [p.name for stage in bench.plain.stages if stage.place != Place.F for p in stage.parameters()]
-    first = replace(bench, fixed=(*bench.fixed, *lags)).fitted(bench.plain, ())
-    return min(found, bench.fitted(first.fit.chain, ()), key=lambda h: h.chi2)
+    if found.misfit >= MUCH:
+        found = min(found, _from_f(bench, bench.plain), key=lambda h: h.chi2)
+    within = (_from_f(bench, chain) for chain in drawn_in(found.fit.chain, bench.observations, bench.fixed))
+    best = min(within, key=lambda h: h.chi2, default=found)
+    return best if best.share(found) > LITTLE else found
 
+
+def _from_f(bench: Bench, start: Chain) -> Hypothesis:
+    """Return the plain chain fitted from a start, F alone first."""
+    lags = [p.name for stage in bench.plain.stages if stage.place != Place.F for p in stage.parameters()]
+    first = replace(bench, fixed=(*bench.fixed, *lags)).fitted(start, ())
+    return bench.fitted(first.fit.chain, ())
 
 def confirmed(
     bench: Bench, earned: Warranted, test: Sequence[Observation]
