@@ -10,11 +10,13 @@ from identify.blocks import TOLERANCE_FACTOR
 from identify.model import LinearF, Model, Rational
 from identify.noise import Noise, good, noise_of
 from identify.observe import Observation
-from identify.trace import Mask, Trace
+from identify.trace import Array, Mask, Trace
 
 SETTLED = 1e-4  # what is left of a step when it counts as settled
 GIVEN_UP = 0.1  # share of a run from rest, at most, that an offset of F may spoil
 KEPT_BACK = 0.3  # share of a run kept back when nothing is repeated and no run was named
+TENTHS = 10  # of a run, of which those that are kept back are chosen
+ALIKE = 0.8  # of how far and how fast u moves, up and down, that is left to be fitted
 
 
 @dataclass(frozen=True)
@@ -43,8 +45,10 @@ def split(model: Model, traces: Sequence[Trace], hold_out: Sequence[Trace] = ())
     kept = [last_repeats(trace) for trace in traces]
     how = "the last repeat of every repeated step"
     if not any(mask.any() for mask in kept):
-        kept = [np.arange(t.size) >= round((1.0 - KEPT_BACK) * t.size) for t in traces]
+        kept = [_kept_back(trace) for trace in traces]
         how = f"the last {100 * KEPT_BACK:.0f} % of every run"
+        if not all(mask[-1] for mask in kept):
+            how = f"{100 * KEPT_BACK:.0f} % of every run, where the rest of it moves as far and as fast"
     train = [Observation(t, use & ~k, noise.rms_v) for t, use, k in zip(traces, usable, kept, strict=True)]
     test = [Observation(t, use & k, noise.rms_v) for t, use, k in zip(traces, usable, kept, strict=True)]
     return Split(_some(train), _some(test), noise, how)
@@ -81,6 +85,35 @@ def last_repeats(trace: Trace) -> Mask:
         if step.repeat == last and last > 0:
             mask[step.start : step.stop] = True
     return mask
+
+
+def _kept_back(trace: Trace) -> Mask:
+    """Return which samples of a run without repeats are kept back: the last part without which it moves as much.
+
+    What moves only there nothing else would tell: values that are open would be taken for missing physics. The source
+    alone chooses; where every part matters, the one that takes least is kept back.
+    """
+    edges = np.round(np.linspace(0, trace.size, TENTHS + 1)).astype(int)
+    u, back = trace.u[:], round(KEPT_BACK * TENTHS)
+    whole = _reach(u)
+    options = range(TENTHS - back, 0, -1)
+    shares = []
+    for first in options:
+        reached = _reach(np.delete(u, slice(edges[first], edges[first + back])))
+        shares.append(min((part / all_ for part, all_ in zip(reached, whole, strict=True) if all_), default=1.0))
+        if shares[-1] >= ALIKE:
+            break
+    first = options[int(np.argmax(shares))]
+    mask = np.zeros(trace.size, dtype=bool)
+    mask[edges[first] : edges[first + back]] = True
+    return mask
+
+
+def _reach(u: Array) -> tuple[float, float, float, float]:
+    """Return how far a signal goes up and down, and its largest step up and down, V: a gap is crossed either way."""
+    step = np.diff(u, prepend=u[:1])
+    rise, fall = np.max(u - np.minimum.accumulate(u)), np.max(np.maximum.accumulate(u) - u)
+    return float(rise), float(fall), float(np.max(step)), -float(np.min(step))
 
 
 def settling_s(model: Model) -> float:
