@@ -29,10 +29,13 @@ class Split:
     how: str
 
 
-def split(model: Model, traces: Sequence[Trace], hold_out: Sequence[Trace] = ()) -> Split:
-    """Return the data in two parts: named runs, else the last repeat of every repeated step, else the end of each run.
+def split(
+    model: Model, traces: Sequence[Trace], hold_out: Sequence[Trace] = (), *, beginnings: bool = False
+) -> Split:
+    """Return the data in two parts: named runs, else the last repeat of every repeated step, else a part of each run.
 
-    Raises ValueError when there is nothing to fit, when sample rates differ in kind, or the noise cannot be told.
+    Of ``beginnings`` nothing need be left for the proof. Raises ValueError when there is nothing to fit, when sample
+    rates differ in kind, or the noise cannot be told.
     """
     if not traces:
         raise ValueError("no recording to fit: every one given is held out")
@@ -41,7 +44,7 @@ def split(model: Model, traces: Sequence[Trace], hold_out: Sequence[Trace] = ())
     if hold_out:
         train = [Observation(t, use, noise.rms_v) for t, use in zip(traces, usable, strict=True)]
         test = [Observation(t, counted(t, model), noise.rms_v) for t in hold_out]
-        return Split(tuple(train), _some(test), noise, "the runs named with --hold-out")
+        return Split(tuple(train), _some(test, beginnings), noise, "the runs named with --hold-out")
     kept = [last_repeats(trace) for trace in traces]
     how = "the last repeat of every repeated step"
     if not any(mask.any() for mask in kept):
@@ -51,13 +54,13 @@ def split(model: Model, traces: Sequence[Trace], hold_out: Sequence[Trace] = ())
             how = f"{100 * KEPT_BACK:.0f} % of every run, where the rest of it moves as far and as fast"
     train = [Observation(t, use & ~k, noise.rms_v) for t, use, k in zip(traces, usable, kept, strict=True)]
     test = [Observation(t, use & k, noise.rms_v) for t, use, k in zip(traces, usable, kept, strict=True)]
-    return Split(_some(train), _some(test), noise, how)
+    return Split(_some(train), _some(test, beginnings), noise, how)
 
 
-def _some(observations: Sequence[Observation]) -> tuple[Observation, ...]:
-    """Return the observations in which any sample counts; ValueError when none does."""
+def _some(observations: Sequence[Observation], or_none: bool = False) -> tuple[Observation, ...]:
+    """Return the observations in which any sample counts; ValueError when none does, unless it may be none."""
     found = tuple(o for o in observations if o.count)
-    if not found:
+    if not found and not or_none:
         raise ValueError("no sample is left to look at: the recordings are shorter than the rig takes to settle")
     return found
 
@@ -95,11 +98,13 @@ def _kept_back(trace: Trace) -> Mask:
     """
     edges = np.round(np.linspace(0, trace.size, TENTHS + 1)).astype(int)
     u, back = trace.u[:], round(KEPT_BACK * TENTHS)
-    whole = _reach(u)
+    step = np.diff(u, prepend=u[:1])
+    whole = _reach(u, step)
     options = range(TENTHS - back, 0, -1)
     shares = []
     for first in options:
-        reached = _reach(np.delete(u, slice(edges[first], edges[first + back])))
+        away = slice(edges[first], edges[first + back])
+        reached = _reach(np.delete(u, away), np.delete(step, away))
         shares.append(min((part / all_ for part, all_ in zip(reached, whole, strict=True) if all_), default=1.0))
         if shares[-1] >= ALIKE:
             break
@@ -109,9 +114,8 @@ def _kept_back(trace: Trace) -> Mask:
     return mask
 
 
-def _reach(u: Array) -> tuple[float, float, float, float]:
+def _reach(u: Array, step: Array) -> tuple[float, float, float, float]:
     """Return how far a signal goes up and down, and its largest step up and down, V: a gap is crossed either way."""
-    step = np.diff(u, prepend=u[:1])
     rise, fall = np.max(u - np.minimum.accumulate(u)), np.max(np.maximum.accumulate(u) - u)
     return float(rise), float(fall), float(np.max(step)), -float(np.min(step))
 

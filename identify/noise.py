@@ -12,11 +12,14 @@ import numpy as np
 
 from identify.trace import LONG, Array, Mask, Samples, Trace, blocks, part, regrouped
 
+EXACT = 1e-9  # of the range of readings: what differs by less is the same reading computed twice
 OFF_GRID = 0.05  # of a step, that a reading on a grid lies off it at most
 ENOUGH = 50  # differences needed before an estimate is trusted
 DWELLS_SHARE = 2.0 / 3.0  # neighbouring differences share a reading: 1 / (1 + 2 / 4) as many are independent
 PERIODS_SHARE = DWELLS_SHARE**2  # differences in time of differences between periods share readings both ways
 FIR_TAPS = 64
+NORMAL_MEDIAN = 0.6745  # median of the magnitude of a normal number, in its standard deviations
+SECOND_DIFFERENCE = float(np.sqrt(6.0))  # times the noise: that of a second difference
 FIR_ROWS = 200_000  # samples a free filter is fitted to, at most
 BEGINNINGS = tuple(1 << bits for bits in (16, 18, 20, 21))  # samples in which the period of a long signal is looked for
 
@@ -49,23 +52,45 @@ def noise_of(traces: Sequence[Trace], settle_s: float, declared_v: float | None 
     """Return the noise of a set of recordings made on one bench.
 
     ``settle_s`` is how long the rig takes to settle after a step. Sources in order of trust: repeated periods, settled
-    dwells, the rig file's figure, the residual of a free linear filter (an upper bound). Raises ValueError when none of
-    them is available.
+    dwells, the rig file's figure, and upper bounds: the residual of a free linear filter, the scatter of readings about
+    a line through their neighbours. What repeats to the last digit tells of no noise. Raises ValueError when none of
+    them is available, and when every reading is one value.
     """
-    floor = quantisation_rms(traces)
+    low, high = _range(traces)
+    if low == high:
+        raise ValueError(
+            f"{', '.join(trace.name for trace in traces)}: every reading is {low:.6g} V: nothing of the rig reaches "
+            "the ADC, or less than a step of it; check the cable, the channel and the supply"
+        )
+    exact, floor = EXACT * (high - low), quantisation_rms(traces)
     sources = (("repeated periods", _of_periods, PERIODS_SHARE), ("settled dwells", _of_dwells, DWELLS_SHARE))
     for origin, differences, share in sources:
         pool = _Pool()
         for trace in traces:
             pool = differences(trace, round(settle_s * trace.rate_hz), pool)
-        if pool.count >= ENOUGH:
-            return Noise(max(float(np.sqrt(pool.total / pool.count)), floor), origin, share * pool.count)
+        rms_v = max(float(np.sqrt(pool.total / max(pool.count, 1))), floor)
+        if pool.count >= ENOUGH and rms_v > exact:
+            return Noise(rms_v, origin, share * pool.count)
     if declared_v:
         return Noise(max(declared_v, floor), "the rig file")
-    bound = min((_free_filter_rms(trace) for trace in traces), default=float("inf"))
-    if not np.isfinite(bound) or bound == 0.0:
+    bounds = (
+        (min((rms(trace) for trace in traces), default=float("inf")), origin)
+        for rms, origin in (
+            (_free_filter_rms, "the residual of a free linear filter, an upper bound"),
+            (_scatter_rms, "the scatter about a line through neighbouring readings, an upper bound"),
+        )
+    )
+    bound, origin = min(bounds)
+    if not exact < bound < float("inf"):
         raise ValueError("no repeats, no settled dwell and no noise in the rig file: the noise cannot be told")
-    return Noise(max(bound, floor), "the residual of a free linear filter, an upper bound")
+    return Noise(max(bound, floor), origin)
+
+
+def _range(traces: Sequence[Trace]) -> tuple[float, float]:
+    """Return the lowest and the highest reading of all recordings, V; infinity and its negative where there is none."""
+    readings = (t.y[a:b][good(t)[a:b]] for t in traces for a, b in blocks(0, t.size))
+    ends = [(float(np.min(y)), float(np.max(y))) for y in readings if y.size]
+    return min((low for low, _ in ends), default=np.inf), max((high for _, high in ends), default=-np.inf)
 
 
 def quantisation_rms(traces: Sequence[Trace]) -> float:
@@ -221,3 +246,13 @@ def _free_filter_rms(trace: Trace) -> float:
     taps = np.linalg.lstsq(rows, target, rcond=1e-8)[0]
     misfit = target - rows @ taps
     return float(np.sqrt(misfit @ misfit / max(target.size - rows.shape[1], 1)))
+
+
+def _scatter_rms(trace: Trace) -> float:
+    """Return how far readings scatter about the middle of the two beside them, V: noise plus how fast they turn.
+
+    From the median: the few at which a signal has a corner do not count.
+    """
+    y, ok = trace.y[:FIR_ROWS], good(trace)[:FIR_ROWS]
+    off = np.abs(np.diff(y, 2))[ok[2:] & ok[1:-1] & ok[:-2]]
+    return float(np.median(off)) / NORMAL_MEDIAN / SECOND_DIFFERENCE if off.size >= ENOUGH else float("inf")

@@ -122,8 +122,8 @@ def _waits(found: Readings) -> bool:
 
 
 def _fitted(model: Model, prepared: Prepared, recorded: Mended, leave_out: Sequence[str], seen: Mended) -> Chain:
-    """Return the plain chain fitted to recordings whose blemishes are undone."""
-    data = split(model, seen.training, seen.proof)
+    """Return the plain chain fitted to recordings whose blemishes are undone; they may end where readings were lost."""
+    data = split(model, seen.training, seen.proof, beginnings=True)
     return held_against(*prepared(data), data, recorded, leave_out)
 
 

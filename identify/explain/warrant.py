@@ -5,6 +5,7 @@ from math import log
 
 from identify.blocks import Play
 from identify.effects.effect import Effect
+from identify.effects.hum import Hum, near_mains
 from identify.explain.anew import goes_on
 from identify.explain.bench import Bench
 from identify.explain.hypothesis import LEAST_TOLD, STRONG, Hypothesis
@@ -14,6 +15,8 @@ from identify.explain.round import FORETOLD, Round
 from identify.explain.suspect import is_fine
 from identify.fit import Fit, total_chi_squared
 from identify.stage import Place
+from identify.unnamed.correction import Correction
+from identify.unnamed.lines import GapRipple, Line
 
 NEGLIGIBLE = 0.05  # share of what an effect explains that may remain without casting doubt on its name
 BY_THE_CLOCK = 0.5  # the same of what goes with the clock, where the effect does not: its law could not make that
@@ -90,12 +93,19 @@ def _outdone(alone: Located, names: Hypothesis, surprise: float) -> bool:
     """Return whether one correction of free form does clearly better than all names together, its numbers paid for.
 
     Were these right, nothing could: laws that stand in for one of no catalogue leave something. And two of them, of
-    which each might have been any, are a coincidence that one is not.
+    which each might have been any, are a coincidence that one is not. A line at the mains is hum without overtones.
     """
     more = len(names.effects) - len(alone.base.effects)
     spared = _price(alone.base, names) + 2.0 * surprise * (more - 1)
-    told = [(h, price) for (c, h), price in zip(alone.fitted, alone.prices, strict=True) if not is_fine(c)]
+    hum = {effect.place for effect in names.effects if effect.id == Hum.id}
+    told = [(h, price) for (c, h), price in zip(alone.fitted, alone.prices, strict=True)
+            if not is_fine(c) and not (c.place in hum and _is_mains(c))]  # fmt: skip
     return any(h.fall(names) - 2.0 * price + spared > STRONG for h, price in told)
+
+
+def _is_mains(correction: Correction) -> bool:
+    """Return whether a correction adds a line at the frequency of the mains, to a signal or to half the gap."""
+    return isinstance(correction, Line | GapRipple) and near_mains(correction.knots[0])
 
 
 def _price(plain: Hypothesis, names: Hypothesis) -> float:

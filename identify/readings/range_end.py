@@ -76,13 +76,14 @@ def range_ends(traces: Sequence[Trace], noise_v: float) -> tuple[tuple[Trace, ..
     }  # fmt: skip
     chances = {name: _chance(end, every, inside_v) for name, end in extremes.items()}
     found = {name: (extremes[name], chance) for name, chance in chances.items() if chance is not None}
-    if not found or _repeating(tuple(extremes.values()), readings) > ALIKE:
+    ends = tuple(extremes.values())
+    if not found or _repeating(ends, readings) > ALIKE or _copied(ends, readings) > ALIKE:
         return tuple(traces), ()
-    ends = [end for end, _ in found.values()]
-    count = sum(int(np.count_nonzero(end.at(every))) for end in ends)
+    met = [end for end, _ in found.values()]
+    count = sum(int(np.count_nonzero(end.at(every))) for end in met)
     values = {name: Interval(e.value_v, e.value_v - same_v, e.value_v + same_v) for name, (e, _) in found.items()}
     told = RangeEnd(values, max(p for _, p in found.values()), f"{count} readings stand there")
-    return tuple(without(trace, _cut(trace, ends, noise_v)) for trace in traces), (told,)
+    return tuple(without(trace, _cut(trace, met, noise_v)) for trace in traces), (told,)
 
 
 def _chance(end: _End, y: Array, inside_v: float) -> float | None:
@@ -104,6 +105,21 @@ def _repeating(ends: Sequence[_End], readings: Sequence[Array]) -> float:
         away = ~np.any([end.at(y[:-1]) for end in ends], axis=0)
         same += int(np.count_nonzero(away & (np.abs(np.diff(y)) <= ends[0].same_v)))
         count += int(np.count_nonzero(away))
+    return same / max(count, 1)
+
+
+def _copied(ends: Sequence[_End], readings: Sequence[Array]) -> float:
+    """Return the share of times at an end before which the reading was what it was the time before.
+
+    Without noise a period is the one before to the last digit, and its highest reading is read again and again.
+    """
+    same, count = 0, 0
+    for y in readings:
+        for end in ends:
+            at = end.at(y)
+            before = y[:-1][at[1:] & ~at[:-1]]
+            same += int(np.count_nonzero(np.abs(np.diff(before)) <= end.same_v))
+            count += max(before.size - 1, 0)
     return same / max(count, 1)
 
 

@@ -36,7 +36,7 @@ def drawn_in(chain: Chain, observations: Sequence[Observation], fixed: Sequence[
     inside = MET * (high - low)
     found = []
     if not loaded and not is_fixed(LOADING, fixed):
-        found.append({LOADING: high - inside - max(d_u - low, 0.0)})
+        found.append({LOADING: high - inside + max(d_u - low, 0.0)})
     if not unloaded and not is_fixed(UNLOADING, fixed):
         found.append({UNLOADING: low + inside - max(high - d_l, 0.0)})
     if len(found) == 2:

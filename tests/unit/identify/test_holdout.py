@@ -7,7 +7,7 @@ import pytest
 
 from identify.holdout import counted, last_repeats, settling_s, split
 from identify.model import Backlash, LinearF, Model, Rational
-from identify.trace import Step, Trace
+from identify.trace import Array, Step, Trace
 
 LAG = Rational((1.0,), (0.01, 1.0))
 MODEL = Model("two lags", LAG, LinearF(), Rational((1.0,), (0.02, 1.0)), 0.01)
@@ -75,6 +75,39 @@ def test_else_the_end_of_every_run_is_kept_back() -> None:
     assert data.train[0].use.tolist() == [True] * 2800 + [False] * 1200
     assert np.array_equal(data.test[0].use, ~data.train[0].use)
     assert "30 %" in data.how
+
+
+@pytest.mark.parametrize(
+    ("u", "first"),
+    [
+        (np.sin(np.linspace(0.0, 40.0 * np.pi, 4000)), 2800),
+        (np.where(np.arange(4000) < 3600, 0.0, 1.0), 2400),  # moves in its last tenth alone
+        (np.sin(np.linspace(0.0, np.pi, 4000)) ** 2, 2000),  # comes back in its second half alone
+        (np.concatenate([np.zeros(3000), np.linspace(0.0, 1.0, 100), np.ones(900)]), 1600),
+        (np.zeros(4000), 2800),
+    ],
+    ids=["sine", "late step", "up and back", "late ramp", "still"],
+)
+def test_what_moves_in_one_part_of_a_run_alone_is_not_kept_back(u: Array, first: int) -> None:
+    data = split(GAP, [replace(trace(), u=u)])
+    kept = np.flatnonzero(data.test[0].use)
+    assert (kept[0], kept.size) == (first, 1200)
+    assert np.array_equal(data.test[0].use, ~data.train[0].use)
+    assert ("the last 30 %" in data.how) == (first == 2800)
+
+
+def test_a_stretch_without_which_no_run_moves_as_far_is_the_one_that_takes_least() -> None:
+    ramp = np.repeat(np.linspace(0.0, 1.0, 10) ** 2, 400)  # steps grow up to its end
+    data = split(GAP, [replace(trace(), u=np.concatenate([ramp[:3600], np.full(400, 10.0)]))])
+    assert data.train[0].use[-1]
+
+
+def test_of_beginnings_nothing_need_be_left_for_the_proof() -> None:
+    early = replace(trace(), valid=np.arange(4000) < 2000)
+    with pytest.raises(ValueError, match="no sample is left"):
+        split(GAP, [early])
+    data = split(GAP, [early], beginnings=True)
+    assert ([o.count for o in data.train], data.test) == ([2000], ())
 
 
 def test_nothing_to_fit_is_said() -> None:

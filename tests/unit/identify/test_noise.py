@@ -102,12 +102,32 @@ def test_without_any_other_source_a_free_filter_bounds_it():
     assert noise.rms_v == pytest.approx(0.02, rel=0.1)
 
 
-@pytest.mark.parametrize("trace", [unrepeated(50), replace(unrepeated(), y=np.zeros(4000))], ids=["short", "dead"])
-def test_no_source_at_all_is_admitted(trace):
+@pytest.mark.parametrize("traces", [[unrepeated(50)], []], ids=["short", "none"])
+def test_no_source_at_all_is_admitted(traces):
     with pytest.raises(ValueError, match="the noise cannot be told"):
-        noise_of([trace], SETTLE_S)
-    with pytest.raises(ValueError, match="the noise cannot be told"):
-        noise_of([], SETTLE_S)
+        noise_of(traces, SETTLE_S)
+
+
+@pytest.mark.parametrize("declared_v", [None, 0.01])
+@pytest.mark.parametrize("stimulus", [unrepeated(), PERIODS], ids=["random", "repeated"])
+def test_an_input_that_reads_one_value_is_told_as_that(stimulus, declared_v):
+    dead = replace(stimulus, name="monday", y=np.full(stimulus.size, 2.5))
+    with pytest.raises(ValueError, match=r"^monday: every reading is 2\.5 V: .* check the cable, the channel"):
+        noise_of([dead], SETTLE_S, declared_v)
+
+
+def test_periods_that_are_the_same_to_the_last_digit_tell_no_noise():
+    noise = noise_of([PERIODS], SETTLE_S, declared_v=0.015)
+    assert (noise.rms_v, noise.origin) == (0.015, "the rig file")
+
+
+def test_where_the_rig_is_far_from_linear_neighbours_bound_the_noise():
+    t = np.arange(20_000) / 1e4
+    u = 3.0 * np.sin(2.0 * np.pi * (2.0 * t + 3.0 * t**2))
+    bent = Trace("chirp", 1e4, u, np.abs(u) ** 3)
+    noise = noise_of([noisy(bent, 0.02, 1)], SETTLE_S)
+    assert "neighbouring readings, an upper bound" in noise.origin
+    assert noise.rms_v == pytest.approx(0.02, rel=0.02)
 
 
 def test_a_quiet_reading_on_a_coarse_grid_has_the_noise_of_its_steps():

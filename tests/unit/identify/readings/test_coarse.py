@@ -60,8 +60,10 @@ def test_a_source_that_is_cut_off_is_told_beside_steps_six_and_twelve_times_the_
 
 def test_nothing_is_said_of_what_noise_leaves_where_it_turns_no_reading_over():
     """Of 7,800 readings in the middle of a step it turns none over where it is a tenth of that."""
-    still = replace(recorded(RC, PLAYED[0], (), 0.0, fine=8), u=np.zeros(7800), y=np.zeros(7800))
-    data = split(model_of(RC), [still], [still])
+    moving = replace(recorded(RC, PLAYED[0], (), 0.0, fine=8), u=np.zeros(7800), y=np.linspace(0.0, 1.0, 7800))
+    data = split(model_of(RC), [moving], [moving])
+    still = tuple(replace(o, trace=replace(o.trace, y=np.zeros(7800))) for o in data.train)
+    data = replace(data, train=still, test=still)
     assert _steps(0.1 * LSB).told(data) is None
     assert _steps(0.25 * LSB).told(data) is not None  # one in 44 then
 

@@ -89,6 +89,15 @@ def test_what_only_looks_like_it_is_left_as_it_is(trace):
     assert seen == (trace,)
 
 
+@pytest.mark.parametrize("noise_v", [1e-7, 1e-4])
+def test_periods_without_noise_that_are_alike_to_the_last_digit_have_no_end(noise_v):
+    """As of a simulation: the highest reading is read again in every period, and what is before it, too."""
+    repeated = quiet(sine("sine", 10.0, 3.4, 40, 2))
+    repeated = Trace("same", 1e4, repeated.u, np.tile(repeated.y[40_000:41_000], 80))
+    assert np.count_nonzero(repeated.y >= repeated.y.max() - 1e-9) > 25
+    assert range_ends([repeated], noise_v)[1] == ()
+
+
 @pytest.mark.parametrize("noise_v", [0.0, 1e-9])
 def test_where_no_noise_is_that_an_end_could_stop_none_is_told(noise_v):
     assert range_ends([quiet(STAIRS)], noise_v)[1] == ()
