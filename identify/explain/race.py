@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from operator import itemgetter
 from typing import TYPE_CHECKING
 
-from identify.effects.effect import Effect
+from identify.chain import Chain
+from identify.effects.effect import Effect, short
 from identify.evidence import Evidence
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.promise import Promise
@@ -26,6 +27,7 @@ DECISIVE = 1.0  # of chi-squared: what a candidate may still gain below this cha
 STEADY = 10.0  # times what a lap gained that the laps to come may gain
 NEAR = 200.0  # of chi-squared: a fit further behind the best, and by FAR, is not continued
 DOUBLED = 3  # candidates of a round that are fitted again from twice their strength
+PARTS = (0.5, 0.25, 0.1, 0.03)  # of the way to what is promised, where all of it leads to nothing
 TURNS = 4  # times phases are looked for anew once the rest has moved
 
 
@@ -114,7 +116,8 @@ def _extended(bench: "Bench", base: Hypothesis, promise: Promise) -> Hypothesis:
     """Fit ``base`` with one more effect for a few iterations, and its angles until they stay.
 
     It begins where the other values are moved as promised or as they were, what leaves less; where that leaves more
-    than ``base`` and leads to less than is promised, first order does not hold so far: then from both.
+    than ``base`` and leads to less than is promised, first order does not hold so far: then from both, and where that
+    leads to nothing from as far on the way to what is promised as it does hold.
     """
     effect = promise.candidate.effect
     effects = (*base.effects, effect)
@@ -127,6 +130,9 @@ def _extended(bench: "Bench", base: Hypothesis, promise: Promise) -> Hypothesis:
     if apart_begins and left > base.chi2 and base.chi2 - found.chi2 < KEPT * promise.gain:
         again = bench.fitted(scanned(other, bench.observations, angles), effects, SPRINT)
         found = min((found, again), key=lambda h: h.chi2)
+    if found.chi2 > base.chi2 and (nearer := _part_of_the_way(bench, base, promise)):
+        again = bench.fitted(scanned(nearer, bench.observations, angles), effects, SPRINT)
+        found = min((found, again), key=lambda h: h.chi2)
     begun = effect.completed(found.fit.chain, Evidence(base.fit, bench.observations))
     if begun is not found.fit.chain:  # a value that came to rest where it does nothing has no slope that leads away
         found = min((found, bench.fitted(begun, effects, SPRINT)), key=lambda h: h.chi2)
@@ -138,3 +144,19 @@ def _extended(bench: "Bench", base: Hypothesis, promise: Promise) -> Hypothesis:
         if found.chi2 > before.chi2 - DECISIVE:
             return min((before, found), key=lambda h: h.chi2)
     return found
+
+
+def _part_of_the_way(bench: "Bench", base: Hypothesis, promise: Promise) -> Chain | None:
+    """Return the chain that is moved as promised, in part, and leaves less than ``base``; None where no part does.
+
+    What an effect has beside its sizes, its lags and corners, is as promised.
+    """
+    effect, there = promise.candidate.effect, promise.chain.values
+    sizes = [p.name for p in effect.parameters() if p.coordinate == "linear" and effect.absent[short(p.name)] == 0.0]
+    begin = {**there, **dict.fromkeys(sizes, 0.0), **base.fit.chain.values}
+    for share in PARTS:
+        values = {name: value + share * (there[name] - value) for name, value in begin.items() if name in there}
+        chain = promise.chain.with_values(values)
+        if total_chi_squared(chain, bench.observations) < base.chi2:
+            return chain
+    return None

@@ -8,13 +8,18 @@ from identify.candidates import Candidate
 from identify.effects import catalogue, chain_of
 from identify.explain import race
 from identify.explain.bench import Bench
+from identify.explain.explain import prepared
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.promise import Promise
 from identify.explain.race import KEPT, doubled, raced
+from identify.holdout import split
 from identify.stage import Place
+from tests.proof.ask import known_effects, parted
+from tests.proof.bench import record
 from tests.proof.cases import Concealed
 from tests.proof.rigs import OP_AMP, RC
 from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
+from tests.proof.trial import Key, drawn
 from tests.trials import model_of, observed, recorded
 
 NOISE_V = 0.010
@@ -138,3 +143,18 @@ def test_a_round_of_some_kinds_is_remembered_and_answers_for_no_others(bench, ba
     assert [h.names for h in found.tried[:1]] == [("saturation",)]
     assert bench.of_kinds(()).round(base).tried == ()
     assert bench.of_kinds(some.kinds).round(base) is found
+
+
+def test_a_law_so_large_that_first_order_leads_nowhere_is_reached_by_a_part_of_the_way():
+    """A sensor that loses four fifths of one sign: from all of what is promised it leaves more than no law does, and
+    falls behind another that bends F there.
+    """
+    trial = drawn(Key(9400, "free", "rectifying_sensor", 27), known_effects())
+    data = split(model_of(trial.nominal), *parted(record(trial)))
+    others = tuple(known_effects() - {"rectifying_sensor", "soft_saturation"})
+    there, plain = prepared(model_of(trial.nominal), data, others)
+    this = there.round(plain, 0.0)
+    assert this.best is not None
+    assert abs(this.best.misfit) < 0.05
+    (law,) = trial.physics
+    assert this.best.fit.chain.values["rectifying_sensor.lost"] == pytest.approx(law.values["lost"], rel=0.01)
