@@ -7,6 +7,7 @@ from math import log
 import numpy as np
 
 from identify.blocks import TOLERANCE_FACTOR
+from identify.heard import check_heard
 from identify.model import LinearF, Model, Rational
 from identify.noise import Noise, good, noise_of
 from identify.observe import Observation
@@ -35,11 +36,13 @@ def split(
     """Return the data in two parts: named runs, else the last repeat of every repeated step, else a part of each run.
 
     Of ``beginnings`` nothing need be left for the proof. Raises ValueError when there is nothing to fit, when sample
-    rates differ in kind, or the noise cannot be told.
+    rates differ in kind, or the noise cannot be told, and
+    where no recording follows the source.
     """
     if not traces:
         raise ValueError("no recording to fit: every one given is held out")
     noise = noise_of([*traces, *hold_out], settling_s(model), model.noise_v)
+    check_heard(model, traces, noise.rms_v)
     usable = [counted(trace, model) for trace in traces]
     if hold_out:
         train = [Observation(t, use, noise.rms_v) for t, use in zip(traces, usable, strict=True)]

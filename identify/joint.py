@@ -17,6 +17,7 @@ from identify.delay import device_doubt_s, total_delay
 from identify.effects import chain_of
 from identify.fit import Fit, fit
 from identify.harmonic.nonparametric import Evidence, nonparametric
+from identify.heard import check_heard
 from identify.holdout import counted, settling_s
 from identify.identifiability.findings import unidentifiable
 from identify.identification import Identification, OwnPoints, StairPoint
@@ -98,6 +99,7 @@ def observed(model: Model, traces: Sequence[Trace]) -> tuple[tuple[Observation, 
     if not traces:
         raise ValueError("no recording was given")
     noise = noise_of(traces, settling_s(model), model.noise_v)
+    check_heard(model, traces, noise.rms_v)
     white, grains = Grain(noise.rms_v, WHITE), grains_of(traces, settling_s(model))
     each = [(trace, grains.get(trace.rate_hz, white)) for trace in traces]
     found = tuple(Observation(t, counted(t, model), grain.rms_v, colour=grain.colour) for t, grain in each)

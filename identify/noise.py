@@ -59,8 +59,8 @@ def noise_of(traces: Sequence[Trace], settle_s: float, declared_v: float | None 
     low, high = _range(traces)
     if low == high:
         raise ValueError(
-            f"{', '.join(trace.name for trace in traces)}: every reading is {low:.6g} V: nothing of the rig reaches "
-            "the ADC, or less than a step of it; check the cable, the channel and the supply"
+            f"every reading is {low:.6g} V: nothing of the rig reaches the ADC, or less than a step of it; check the "
+            "cable, the channel and the supply"
         )
     exact, floor = EXACT * (high - low), quantisation_rms(traces)
     sources = (("repeated periods", _of_periods, PERIODS_SHARE), ("settled dwells", _of_dwells, DWELLS_SHARE))

@@ -111,8 +111,8 @@ def test_no_source_at_all_is_admitted(traces):
 @pytest.mark.parametrize("declared_v", [None, 0.01])
 @pytest.mark.parametrize("stimulus", [unrepeated(), PERIODS], ids=["random", "repeated"])
 def test_an_input_that_reads_one_value_is_told_as_that(stimulus, declared_v):
-    dead = replace(stimulus, name="monday", y=np.full(stimulus.size, 2.5))
-    with pytest.raises(ValueError, match=r"^monday: every reading is 2\.5 V: .* check the cable, the channel"):
+    dead = replace(stimulus, y=np.full(stimulus.size, 2.5))
+    with pytest.raises(ValueError, match=r"^every reading is 2\.5 V: .* check the cable, the channel"):
         noise_of([dead], SETTLE_S, declared_v)
 
 
