@@ -99,7 +99,7 @@ def _outdone(alone: Located, names: Hypothesis, surprise: float) -> bool:
     spared = _price(alone.base, names) + 2.0 * surprise * (more - 1)
     hum = {effect.place for effect in names.effects if effect.id == Hum.id}
     told = [(h, price) for (c, h), price in zip(alone.fitted, alone.prices, strict=True)
-            if not is_fine(c) and not (c.place in hum and _is_mains(c))]  # fmt: skip
+            if not is_fine(c) and not (hum & {c.place, *c.same_at} and _is_mains(c))]  # fmt: skip
     return any(h.fall(names) - 2.0 * price + spared > STRONG for h, price in told)
 
 
