@@ -259,21 +259,25 @@ def confirmed(
     """Drop effects that do not make held-out data fit better, where these could tell; return the rest and those.
 
     What effects do by chance is noise to that, and held-out data that scatter so side with them; what is found beside
-    chance, which may look like anything once, has to be seen there again where chance could have made it. The values of
-    the rest are settled.
+    chance, which may look like anything once, has to be seen there again where chance could have made it. Once one is
+    dropped the others are asked without it. The values of the rest are settled.
     """
-    hypothesis, dropped = earned.hypothesis, []
-    for effect in earned.hypothesis.effects:
-        without = bench.without(hypothesis, effect)
-        better, worse = adapted(hypothesis.fit.chain, test), adapted(without.fit.chain, test)
-        told = would_tell(better, worse, test) / sqrt(hypothesis.swell)
-        side, fallen = improvement(better, worse, test), hypothesis.fall(without)
-        may_be_chance = hypothesis.swell > 1.0 and not effect.by_chance and fallen < CERTAIN_FALL
-        unseen = may_be_chance and side < CONVINCING * sqrt(hypothesis.swell)
-        against = unseen or unconfirmed(side, told, fallen)
-        if against and not scatters_so(bench, effect, better, test):
-            hypothesis = without
-            dropped.append(effect)
+    hypothesis, dropped = earned.hypothesis, list[Effect]()
+    while against := next((e for e in hypothesis.effects if _speaks_against(bench, hypothesis, e, test)), None):
+        hypothesis = bench.without(hypothesis, against)
+        dropped.append(against)
     beyond = located(bench, hypothesis) if dropped else earned.beyond
     best, elsewhere = settled(bench, hypothesis)
     return Warranted(best, beyond, elsewhere), tuple(dropped)
+
+
+def _speaks_against(bench: Bench, hypothesis: Hypothesis, effect: Effect, test: Sequence[Observation]) -> bool:
+    """Return whether held-out data that could tell an effect of a hypothesis do not side with it."""
+    without = bench.without(hypothesis, effect)
+    better, worse = adapted(hypothesis.fit.chain, test), adapted(without.fit.chain, test)
+    told = would_tell(better, worse, test) / sqrt(hypothesis.swell)
+    side, fallen = improvement(better, worse, test), hypothesis.fall(without)
+    may_be_chance = hypothesis.swell > 1.0 and not effect.by_chance and fallen < CERTAIN_FALL
+    unseen = may_be_chance and side < CONVINCING * sqrt(hypothesis.swell)
+    against = unseen or unconfirmed(side, told, fallen)
+    return against and not scatters_so(bench, effect, better, test)

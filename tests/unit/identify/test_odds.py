@@ -1,6 +1,7 @@
 """Are findings, starts and doubts weighed as the statistics they are taken from say?"""
 
-from dataclasses import replace
+import importlib
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,6 +11,7 @@ from scipy.stats import norm
 from identify.chain import plain_chain, simulate
 from identify.colour import Colour, Sizes
 from identify.effects import catalogue, chain_of
+from identify.effects.effect import Effect
 from identify.explain import explain
 from identify.explain.bench import Bench
 from identify.explain.confirm import improvement, unconfirmed
@@ -17,6 +19,7 @@ from identify.explain.hypothesis import FALSE_DISCOVERIES, Hypothesis, is_discov
 from identify.explain.locate import Located
 from identify.explain.rivals import UNHEARD, _of_every_name, odds, ordinary, unheard
 from identify.explain.round import Round
+from identify.explain.warrant import Warranted
 from identify.fit import fit
 from identify.levels import merit
 from identify.stage import Place
@@ -157,3 +160,26 @@ def test_who_reads_of_a_law_with_much_company_is_told_so_and_where_else_that_may
     assert asked == [()]  # beside what else was named: nothing here
     assert (told.verdict, doubts) == ("explained", [])  # where what little is left enters is not asked for
     assert any(text.startswith("resonance at G2 has values with which much") for text in told.warnings)
+
+
+def test_what_sided_with_a_law_for_the_chance_beside_it_is_asked_again_without_that(monkeypatch):
+    """Held-out runs scatter as chance would: once it is dropped, that speaks for nothing any more."""
+    way = importlib.import_module("identify.explain.explain")
+    law, chance = catalogue()["input_clipping"](Place.SOURCE), catalogue()["process_noise"](Place.G1)
+
+    @dataclass(frozen=True)
+    class Asked:
+        effects: tuple[Effect, ...]
+
+    class Taken:
+        def without(self, hypothesis: Asked, effect: Effect) -> Asked:
+            return Asked(tuple(e for e in hypothesis.effects if e is not effect))
+
+    def speaks_against(_bench: Taken, hypothesis: Asked, effect: Effect, _test: object) -> bool:
+        return effect is chance or chance not in hypothesis.effects
+
+    monkeypatch.setattr(way, "_speaks_against", speaks_against)
+    monkeypatch.setattr(way, "settled", lambda _bench, hypothesis: (hypothesis, ()))
+    monkeypatch.setattr(way, "located", lambda _bench, hypothesis: Located(hypothesis, (), 1.0))
+    kept, dropped = way.confirmed(Taken(), Warranted(Asked((law, chance)), Located(Asked((law,)), (), 1.0)), ())
+    assert (kept.hypothesis.effects, dropped) == ((), (chance, law))
