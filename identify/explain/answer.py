@@ -32,6 +32,7 @@ from identify.explain.of_readings import location
 from identify.explain.phrases import called, described, listed, stretch_told
 from identify.explain.prove import Proof, foretells, proven
 from identify.explain.readings import Readings
+from identify.explain.rig_file import held_to_rig_file
 from identify.explain.rivals import odds, ordinary
 from identify.explain.round import Round
 from identify.explain.shape import shape_of
@@ -88,6 +89,7 @@ class Answer:
         self.left_open = self._left_open()
         self.unvisited = self._unvisited() if self.left_open is None else None
         self.entered = entered(self.beyond, self.unproven)
+        self.rig_file = held_to_rig_file(bench.plain, self.improved.fit, bench.observations, self.inflation)
 
     def _left_open(self) -> tuple[Open, ...] | None:
         """Return the values that fitted runs leave open, where nothing else is left of those held out."""
@@ -138,7 +140,7 @@ class Answer:
             remaining=self.remaining(), model=model, plain=self.plain.fit, improved=self.improved.fit,
             train=train, test=self.data.test, profiles=self.profiles(), survey=self.survey,
             warnings=tuple(cautions(self.bench, self.plain, self.better, self.dropped, self.data)),
-            entered=self.entered if self.proof or not findings else (),
+            rig_file=self.rig_file, entered=self.entered if self.proof or not findings else (),
         )  # fmt: skip
 
     @property
@@ -293,7 +295,10 @@ class Answer:
         times = f"{self.before_v / self.noise_v:.3g} times the noise"
         if self.verdict == "consistent":
             doubt = f", but the runs that were fitted leave {named_open(self.left_open)} open" if self.left_open else ""
-            return f"Simulation and recordings agree to the noise: nothing is missing from the model{doubt}."
+            values = self.rig_file.told(self.noise_v)
+            fitted = " once its values are fitted" if values else ""
+            agree = f"Simulation and recordings agree to the noise{fitted}: nothing is missing from the model{doubt}."
+            return f"{agree} {values}".rstrip()
         names = listed([called(f) for f in findings if f.id != UNNAMED])
         after = f"{self.after_v / self.noise_v:.3g} times"
         if self.verdict == "explained":

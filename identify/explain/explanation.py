@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
+from identify.explain.rig_file import HeldToRigFile
 from identify.explain.shape import Shape
 from identify.explain.survey import StageShare
 from identify.fit import Fit
@@ -182,6 +183,7 @@ class Explanation(Seen):
     profiles: tuple[Profile, ...]
     survey: tuple[StageShare, ...]
     warnings: tuple[str, ...]
+    rig_file: HeldToRigFile
     entered: "tuple[Contender, ...]" = ()  # where what has no name may have come in, the likeliest first
 
     @property
@@ -226,6 +228,7 @@ class Explanation(Seen):
                 "over_noise": number(self.remaining.over_noise), "stage": self.remaining.stage,
                 "sentence": self.remaining.sentence,
             },
+            "rig_file": self.rig_file.to_dict(noise),
             "warnings": list(self.warnings),
             "device": devices_dict([o.trace for o in (*self.train, *self.test)]),
         }  # fmt: skip

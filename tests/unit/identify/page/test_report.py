@@ -26,6 +26,7 @@ from identify.explain.explanation import (
     Remaining,
     Residuals,
 )
+from identify.explain.rig_file import HeldToRigFile
 from identify.explain.shape import Shape
 from identify.explain.survey import StageShare
 from identify.fit import Fit
@@ -178,6 +179,7 @@ def explanation(**changes: object) -> Explanation:
             StageShare("sense", "level of y", "a memoryless law", 0.93, 0.0),
         ),
         ("look here <now>",),
+        HeldToRigFile(0.4, ()),
     )
     return replace(told, **changes)
 
