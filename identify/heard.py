@@ -14,7 +14,7 @@ from identify.effects import chain_of
 from identify.model import Backlash, LinearF, Model
 from identify.natural_units import shown
 from identify.noise import good
-from identify.trace import LONG, Array, Trace
+from identify.trace import LONG, Array, Trace, beginning
 
 WIDER = 1.5  # times the gap of the rig file, that may be stuck in earnest
 FORETOLD = 10.0  # times the noise that a rig with such a gap would move the readings by, at least, for silence to tell
@@ -49,7 +49,7 @@ def check_heard(model: Model, traces: Sequence[Trace], noise_v: float) -> None:
 
 def _foretold(model: Model, trace: Trace, noise_v: float) -> float | None:
     """Return how much the readings should move, V rms; None where they follow something, or need not move at all."""
-    some = trace if trace.size <= LONG else _beginning(trace)
+    some = beginning(trace)
     use = good(some)
     y = some.y[:][use]
     with np.errstate(over="ignore", invalid="ignore"):
@@ -65,12 +65,6 @@ def _line_in(rows: Array, y: Array) -> Array:
     """Return the best combination of rows and a constant, V."""
     base = np.column_stack([*rows, np.ones(y.size)])
     return np.asarray(base @ np.linalg.lstsq(base, y, rcond=1e-9)[0])
-
-
-def _beginning(trace: Trace) -> Trace:
-    """Return the first part of a long recording."""
-    valid = None if trace.valid is None else trace.valid[:LONG]
-    return replace(trace, u=trace.u[:LONG], y=trace.y[:LONG], valid=valid, steps=())
 
 
 def _widened(model: Model) -> Model:

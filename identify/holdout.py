@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import log
+from math import inf, log
 
 import numpy as np
 
 from identify.blocks import TOLERANCE_FACTOR
 from identify.heard import check_heard
+from identify.held import held_v
 from identify.model import LinearF, Model, Rational
 from identify.noise import Noise, good, noise_of
 from identify.observe import Observation
@@ -43,10 +44,10 @@ def split(
         raise ValueError("no recording to fit: every one given is held out")
     noise = noise_of([*traces, *hold_out], settling_s(model), model.noise_v)
     check_heard(model, traces, noise.rms_v)
-    usable = [counted(trace, model) for trace in traces]
+    usable = [counted(trace, model, noise.rms_v) for trace in traces]
     if hold_out:
         train = [Observation(t, use, noise.rms_v) for t, use in zip(traces, usable, strict=True)]
-        test = [Observation(t, counted(t, model), noise.rms_v) for t in hold_out]
+        test = [Observation(t, counted(t, model, noise.rms_v), noise.rms_v) for t in hold_out]
         return Split(tuple(train), _some(test, beginnings), noise, "the runs named with --hold-out")
     kept = [last_repeats(trace) for trace in traces]
     how = "the last repeat of every repeated step"
@@ -68,18 +69,26 @@ def _some(observations: Sequence[Observation], or_none: bool = False) -> tuple[O
     return found
 
 
-def counted(trace: Trace, model: Model) -> Mask:
+def counted(trace: Trace, model: Model, noise_v: float = inf) -> Mask:
     """Return which samples may count: received, and settled when the rig was in motion at the start.
+
+    And no longer of a level that F holds from before, where readings of ``noise_v`` tell that it does.
 
     The rig file's poles are nominal; the real ones may be slower by as much as a fit allows. A line F with an offset
     has stood in front of G2 before the run, where the chain starts G2 empty: what that leaves is not counted, either.
     """
     if trace.from_rest and not isinstance(model.f, LinearF):
-        return good(trace)
+        _, held = held_v(trace, model, noise_v)
+        return _without_first(trace, held + round(_settling_s(model.g2) * trace.rate_hz)) if held else good(trace)
     settling = _settling_s(model.g2) if trace.from_rest else settling_s(model)
     unsettled = round(TOLERANCE_FACTOR * settling * trace.rate_hz)
+    return _without_first(trace, min(unsettled, round(GIVEN_UP * trace.size)) if trace.from_rest else unsettled)
+
+
+def _without_first(trace: Trace, samples: int) -> Mask:
+    """Return which samples were received, but for the first."""
     use = good(trace).copy()
-    use[: min(unsettled, round(GIVEN_UP * trace.size)) if trace.from_rest else unsettled] = False
+    use[:samples] = False
     return use
 
 

@@ -18,6 +18,7 @@ from identify.effects import chain_of
 from identify.fit import Fit, fit
 from identify.harmonic.nonparametric import Evidence, nonparametric
 from identify.heard import check_heard
+from identify.held import told_held
 from identify.holdout import counted, settling_s
 from identify.identifiability.findings import unidentifiable
 from identify.identification import Identification, OwnPoints, StairPoint
@@ -59,7 +60,8 @@ def identify(
             note("looking for values to start from", 0.02)
         model, mirrored = stabilised(in_form(valued(model, traces), borders))
         answer = _identified(model, traces, note, borders == "curved", knots)
-    return replace(answer, warnings=(*mirrored, *answer.warnings))
+    held = told_held(traces, model, answer.noise.rms_v)
+    return replace(answer, warnings=(*mirrored, *answer.warnings, *held))
 
 
 def _identified(
@@ -102,7 +104,7 @@ def observed(model: Model, traces: Sequence[Trace]) -> tuple[tuple[Observation, 
     check_heard(model, traces, noise.rms_v)
     white, grains = Grain(noise.rms_v, WHITE), grains_of(traces, settling_s(model))
     each = [(trace, grains.get(trace.rate_hz, white)) for trace in traces]
-    found = tuple(Observation(t, counted(t, model), grain.rms_v, colour=grain.colour) for t, grain in each)
+    found = tuple(Observation(t, counted(t, model, grain.rms_v), grain.rms_v, colour=grain.colour) for t, grain in each)
     if not any(o.count for o in found):
         raise ValueError("no sample is left to look at: the recordings are shorter than the rig takes to settle")
     return tuple(o for o in found if o.count), _pooled(noise, found)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 from math import sqrt
 
 from identify.chain import Chain, model_of
@@ -32,7 +33,7 @@ from identify.explain.of_readings import location
 from identify.explain.phrases import called, described, listed, stretch_told
 from identify.explain.prove import Proof, foretells, proven
 from identify.explain.readings import Readings
-from identify.explain.rig_file import held_to_rig_file
+from identify.explain.rig_file import HeldToRigFile, held_to_rig_file
 from identify.explain.rivals import odds, ordinary
 from identify.explain.round import Round
 from identify.explain.shape import shape_of
@@ -89,7 +90,11 @@ class Answer:
         self.left_open = self._left_open()
         self.unvisited = self._unvisited() if self.left_open is None else None
         self.entered = entered(self.beyond, self.unproven)
-        self.rig_file = held_to_rig_file(bench.plain, self.improved.fit, bench.observations, self.inflation)
+
+    @cached_property
+    def rig_file(self) -> HeldToRigFile:
+        """Return what the rig file's values leave, and those that the recordings say are others."""
+        return held_to_rig_file(self.bench.plain, self.improved.fit, self.bench.observations, self.inflation)
 
     def _left_open(self) -> tuple[Open, ...] | None:
         """Return the values that fitted runs leave open, where nothing else is left of those held out."""
@@ -125,7 +130,7 @@ class Answer:
             *(self.finding(effect) for effect in self.better.effects),
             *(of_readings(b, self.blemished and self.proof is not None) for b in self.readings.found),
         )
-        train = self.bench.observations
+        train, runs = self.bench.observations, tuple(o.trace.name for o in self.data.test)
         before = pooled_rms([o.used_residual(self.before) for o in self.raw.train])
         after = pooled_rms([o.used_residual(chain) for o in train])
         return Explanation(
@@ -133,13 +138,10 @@ class Answer:
             p_value=self.p_value, location=self.location(findings),
             effects=(*findings, *([self.unnamed(self.proof)] if self.proof else [])),
             training=Residuals(before, after),
-            held_out=HeldOut(
-                tuple(o.trace.name for o in self.data.test), self.data.how, Residuals(self.before_v, self.after_v),
-                self.named_v,
-            ),
+            held_out=HeldOut(runs, self.data.how, Residuals(self.before_v, self.after_v), self.named_v),
             remaining=self.remaining(), model=model, plain=self.plain.fit, improved=self.improved.fit,
             train=train, test=self.data.test, profiles=self.profiles(), survey=self.survey,
-            warnings=tuple(cautions(self.bench, self.plain, self.better, self.dropped, self.data)),
+            warnings=tuple(cautions(self.model, self.bench, self.plain, self.better, self.dropped, self.data)),
             rig_file=self.rig_file, entered=self.entered if self.proof or not findings else (),
         )  # fmt: skip
 

@@ -9,12 +9,14 @@ from identify.explain.bench import Bench
 from identify.explain.confirm import CONVINCING, adapted, would_tell
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.rivals import ordinary
+from identify.held import told_held
 from identify.holdout import Split
+from identify.model import Model
 from identify.natural_units import shown
 
 
 def cautions(
-    bench: Bench, plain: Hypothesis, better: Hypothesis, dropped: Sequence[Effect], data: Split
+    model: Model, bench: Bench, plain: Hypothesis, better: Hypothesis, dropped: Sequence[Effect], data: Split
 ) -> Iterator[str]:
     """Yield what weakens an answer, a sentence each: ``dropped`` are effects that held-out data did not confirm."""
     for effect in dropped:
@@ -33,6 +35,7 @@ def cautions(
         yield f"the plain fit did not converge: {plain.fit.sentence}"
     if not better.fit.converged:
         yield f"the improved fit did not converge: {better.fit.sentence}"
+    yield from told_held([o.trace for o in (*data.train, *data.test)], model, data.noise.rms_v)
 
 
 def _within_doubt(better: Hypothesis, data: Split) -> Iterator[str]:

@@ -45,7 +45,7 @@ def remains(chain: Chain, model: Model, traces: tuple[Trace, ...], noise_v: floa
     """Return what a chain leaves of all samples that count."""
     squares, count, most = 0.0, 0, (0.0, "")
     for trace in traces:
-        for first, misfit in _misfits(Observation(trace, counted(trace, model), noise_v, substeps), chain):
+        for first, misfit in _misfits(Observation(trace, counted(trace, model, noise_v), noise_v, substeps), chain):
             total = float(misfit @ misfit)
             squares, count = squares + total, count + misfit.size
             if misfit.size >= TELLING:

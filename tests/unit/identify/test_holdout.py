@@ -17,7 +17,7 @@ RATE_HZ = 1000.0
 
 def trace(name: str = "a", size: int = 4000, steps: tuple[Step, ...] = (), **kind: object) -> Trace:
     u = np.sign(np.sin(2 * np.pi * np.arange(size) / 250))
-    y = np.random.default_rng(size).normal(0.0, 0.01, size)
+    y = 0.5 * u + np.random.default_rng(size).normal(0.0, 0.01, size)
     return Trace(name, RATE_HZ, u, y, steps=steps, **kind)  # type: ignore[arg-type]
 
 
