@@ -181,15 +181,19 @@ def advance(run: Run, block: Block) -> Block:
 
 def signals(chain: Chain, trace: Trace, substeps: int = 1) -> list[Array]:
     """Return the signal behind every stage at the sample instants, shape (N,) each: taps a bench does not have."""
+    return [np.concatenate(tap) for tap in zip(*tapped(chain, trace, substeps), strict=True)]
+
+
+def tapped(chain: Chain, trace: Trace, substeps: int = 1) -> Iterator[list[Array]]:
+    """Yield the signal behind every stage at the sample instants, stretch by stretch, shape (n,) each."""
     grid = grid_of(trace, substeps)
     runs = chain.begin(grid)
-    taps: list[list[Array]] = [[] for _ in runs]
     for entering in chunks(source_of(trace, substeps), grid):
-        block = entering
-        for i, run in enumerate(runs):
+        block, taps = entering, []
+        for run in runs:
             block = advance(run, block)
-            taps[i].append(block.signal[::substeps])
-    return [np.concatenate(tap) for tap in taps]
+            taps.append(block.signal[::substeps])
+        yield taps
 
 
 def simulate(chain: Chain, trace: Trace, substeps: int = 1) -> Array:

@@ -9,15 +9,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.chain import signals
+from identify.chain import tapped
 from identify.effects import chain_of
 from identify.model import Backlash, LinearF, Model
 from identify.natural_units import shown
 from identify.noise import good
-from identify.trace import LONG, Array, Trace, beginning
+from identify.trace import LONG, Array, Trace
 
 WIDER = 1.5  # times the gap of the rig file, that may be stuck in earnest
 FORETOLD = 10.0  # times the noise that a rig with such a gap would move the readings by, at least, for silence to tell
+EARLY = 0.1  # of what is foretold: so much of it in a stretch is no chance
+SAME = 1e-10  # of the information of a signal, by which rounding may tell it from others
 SILENT = 0.01  # of what is foretold, that chance, pickup and what leaks past the rig may look like of it
 
 
@@ -49,28 +51,56 @@ def check_heard(model: Model, traces: Sequence[Trace], noise_v: float) -> None:
 
 def _foretold(model: Model, trace: Trace, noise_v: float) -> float | None:
     """Return how much the readings should move, V rms; None where they follow something, or need not move at all."""
-    some = beginning(trace)
-    use = good(some)
-    y = some.y[:][use]
+    like, least = _Line(), _Line()
+    ok = good(trace)
+    wide = replace(model, f=model.f.widened(WIDER)) if isinstance(model.f, Backlash) else model
+    both = zip(*(tapped(chain_of(m, trace.intersample), trace) for m in (model, wide)), strict=True)
+    first = 0
     with np.errstate(over="ignore", invalid="ignore"):
-        rows = np.array([tap[use] for tap in signals(chain_of(model, trace.intersample), some)])
-        least = signals(chain_of(_widened(model), trace.intersample), some)[-1][use]
-    most_v = float(np.std(rows[-1])) if y.size else 0.0
-    if not np.all(np.isfinite(rows)) or not float(np.std(least)) > FORETOLD * noise_v:
+        for taps, wider in both:
+            use = slice(first, first + taps[0].size)
+            first, y = use.stop, trace.y[use][ok[use]]
+            like.add([tap[ok[use]] for tap in taps], y)
+            least.add([wider[-1][ok[use]]], y)
+            if like.found_v > EARLY * like.last_v:
+                return None
+    if not np.isfinite(like.last_v) or not least.last_v > FORETOLD * noise_v:
         return None
-    return most_v if float(np.std(_line_in(rows, y))) < SILENT * most_v else None
+    return like.last_v if like.found_v < SILENT * like.last_v else None
 
 
-def _line_in(rows: Array, y: Array) -> Array:
-    """Return the best combination of rows and a constant, V."""
-    base = np.column_stack([*rows, np.ones(y.size)])
-    return np.asarray(base @ np.linalg.lstsq(base, y, rcond=1e-9)[0])
+class _Line:
+    """What a constant and a combination of signals make of readings, from sums that stretches add to."""
+
+    def __init__(self) -> None:
+        """Begin with none."""
+        self._square: Array | float = 0.0
+        self._along: Array | float = 0.0
+        self._count = 0
+
+    def add(self, rows: Sequence[Array], y: Array) -> None:
+        """Take a stretch of signals, V, shape (n,) each, and of readings."""
+        base = np.array([*rows, np.ones(y.size)])
+        self._square, self._along = self._square + base @ base.T, self._along + base @ y
+        self._count += y.size
+
+    @property
+    def last_v(self) -> float:
+        """Return the rms of the last signal about its mean, V."""
+        square = np.asarray(self._square)
+        return _about_mean(float(square[-2, -2]), float(square[-2, -1]), self._count)
+
+    @property
+    def found_v(self) -> float:
+        """Return the rms of the best combination about its mean, V; infinity where a signal is not finite."""
+        square, along = np.asarray(self._square), np.asarray(self._along)
+        if not np.all(np.isfinite(square)):
+            return np.inf
+        size = np.sqrt(np.maximum(square.diagonal(), np.finfo(float).tiny))
+        weights = np.linalg.pinv(square / np.outer(size, size), rcond=SAME, hermitian=True) @ (along / size) / size
+        return _about_mean(float(weights @ square @ weights), float(weights @ square[-1]), self._count)
 
 
-def _widened(model: Model) -> Model:
-    """Return the model with a wider gap of the same middle."""
-    f = model.f
-    if not isinstance(f, Backlash):
-        return model
-    more = 0.5 * (WIDER - 1.0) * (f.d_l_v - f.d_u_v)
-    return replace(model, f=replace(f, d_l_v=f.d_l_v + more, d_u_v=f.d_u_v - more))
+def _about_mean(square: float, total: float, count: int) -> float:
+    """Return the rms about their mean of numbers of which the sum of squares and the sum are known."""
+    return float(np.sqrt(max(square / max(count, 1) - (total / max(count, 1)) ** 2, 0.0)))

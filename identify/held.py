@@ -4,20 +4,20 @@ A gap keeps the level that it was left at, for as long as nothing takes it along
 begins at zero. The model does. From where both levels have been taken to one border they are the same.
 """
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
+from itertools import chain as chained
 from math import sqrt
 
 import numpy as np
 
 from identify import kernels
-from identify.chain import signals
+from identify.chain import tapped
 from identify.effects import chain_of
 from identify.model import Backlash, Model
 from identify.natural_units import shown
 from identify.noise import good
 from identify.stage import Place
-from identify.trace import Array, Trace, beginning
+from identify.trace import Array, Trace
 
 SURE = 5.0  # standard errors by which the level it holds must be another than zero, and times the noise
 NEAR = 3.0  # times the noise that the first reading is off their mean, at most
@@ -32,14 +32,14 @@ def held_v(trace: Trace, model: Model, noise_v: float) -> tuple[float, int]:
     """
     if not trace.from_rest or not isinstance(model.f, Backlash) or model.unknown or not model.g2.dc_gain:
         return 0.0, 0
-    some = beginning(trace)
-    chain = chain_of(model, some.intersample)
-    v = signals(chain, some)[chain.index(Place.G1) - 1]
+    chain = chain_of(model, trace.intersample)
+    at = chain.index(Place.G1) - 1
     f, gain = model.f, model.g2.dc_gain
-    level_v = _begins_at(some, v, f, gain, noise_v)
-    gaps = (_taken_along(v, level_v / gain, f, wider) for wider in WIDER)
-    first = next((k for k in gaps if k is not None), None) if level_v else None
-    return (level_v, first) if first is not None else (0.0, 0)
+    moves = (taps[at] for taps in tapped(chain, trace))
+    first = next(moves, np.empty(0))
+    level_v = _begins_at(trace, first, f, gain, noise_v)
+    until = _taken_along(chained([first], moves), level_v / gain, f) if level_v else None
+    return (level_v, until) if until is not None else (0.0, 0)
 
 
 def told_held(traces: Sequence[Trace], model: Model, noise_v: float) -> tuple[str, ...]:
@@ -68,13 +68,25 @@ def _begins_at(trace: Trace, v: Array, f: Backlash, gain: float, noise_v: float)
     return level_v if told else 0.0
 
 
-def _taken_along(v: Array, level: float, f: Backlash, wider: float) -> int | None:
-    """Return the first sample from which the play operator is the same from ``level`` as from zero; None where none is.
+def _taken_along(moves: Iterable[Array], level: float, f: Backlash) -> int | None:
+    """Return the sample from which the play operator is the same from ``level`` as from zero; None where none is.
+
+    In a gap as wide as it may be or, where nothing takes the level along in that, in that of the rig file.
     """
-    more = 0.5 * (wider - 1.0) * (f.d_l_v - f.d_u_v)
-    wide = replace(f, d_l_v=f.d_l_v + more, d_u_v=f.d_u_v - more)
-    same = np.flatnonzero(_played(v, 0.0, wide) == _played(v, level, wide))
-    return int(same[0]) if same.size else None
+    gaps, first = [f.widened(times) for times in WIDER], 0
+    levels = [(0.0, level) for _ in gaps]
+    until: dict[int, int] = {}
+    for v in moves:
+        for i, gap in enumerate(gaps):
+            fresh, held = (_played(v, w, gap) for w in levels[i])
+            levels[i] = float(fresh[-1]), float(held[-1])
+            same = np.flatnonzero(fresh == held)
+            if same.size:
+                until.setdefault(i, first + int(same[0]))
+        if 0 in until:
+            break
+        first += v.size
+    return until[min(until)] if until else None
 
 
 def _played(v: Array, level: float, f: Backlash) -> Array:

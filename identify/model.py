@@ -1,6 +1,6 @@
 """What a rig is made of: G1, F, G2, noise, and the physics added to them, as plain data."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 
 @dataclass(frozen=True)
@@ -29,6 +29,11 @@ class Backlash:
     s_u: float
     d_u_v: float
     tied: bool = field(default=False, kw_only=True)
+
+    def widened(self, times: float) -> "Backlash":
+        """Return borders of the same middle, so many times as far apart."""
+        more = 0.5 * (times - 1.0) * (self.d_l_v - self.d_u_v)
+        return replace(self, d_l_v=self.d_l_v + more, d_u_v=self.d_u_v - more)
 
 
 Points = tuple[tuple[float, float], ...]

@@ -202,11 +202,3 @@ def intersample_of(traces: Sequence[Trace]) -> Intersample:
     if len(kinds) > 1:
         raise ValueError(f"recordings with {' and '.join(sorted(kinds))} inputs cannot be fitted together")
     return next(iter(kinds))
-
-
-def beginning(trace: Trace) -> Trace:
-    """Return the first ``LONG`` samples of a longer recording, without its steps; itself where it is no longer."""
-    if trace.size <= LONG:
-        return trace
-    valid = None if trace.valid is None else trace.valid[:LONG]
-    return replace(trace, u=trace.u[:LONG], y=trace.y[:LONG], valid=valid, steps=())

@@ -6,6 +6,7 @@ from math import sqrt
 
 from threadpoolctl import threadpool_limits
 
+from identify.blocks import Play
 from identify.chain import Chain, as_promised
 from identify.effects import catalogue, chain_of
 from identify.effects.effect import Effect
@@ -49,11 +50,13 @@ from identify.observe import Observation, refined
 from identify.readings.missing_samples import MissingSamples
 from identify.stage import Place
 from identify.starts.orders import valued
+from identify.starts.search import scaled
 from identify.starts.start import stabilised
 from identify.starts.unmet import drawn_in
 from identify.trace import Trace, intersample_of
 
 MUCH = 1.0  # misfit of a plain fit from which it may be a wrong one
+ANOTHER_SIZE = 3.0  # times as steep or as flat: slopes that far from the rig file's are no tolerance
 LITTLE = 0.1  # misfit up to which nothing may be missing: what coarse grids leave out of a fit would pass for physics
 
 Note = Callable[[str, float], None]
@@ -237,14 +240,24 @@ def _plain(bench: Bench) -> Hypothesis:
     """Return the plain chain fitted; where that leaves much, from where F alone leads, if that is better.
 
     While F is off by more than the lags are, these stand in for it, and may come to rest on the other side of each
-    other. A border that w never meets says nothing of where it is: one that was drawn in may explain a good part.
+    other. Slopes of quite another size are scaled to the readings first: in which unit these are is soon mistaken. A
+    border that w never meets says nothing of where it is: one that was drawn in may explain a good part.
     """
     found = bench.fitted(bench.plain, ())
     if found.misfit >= MUCH:
-        found = min(found, _from_f(bench, bench.plain), key=lambda h: h.chi2)
+        starts = (bench.plain, *_of_another_size(bench))
+        found = min(found, *(_from_f(bench, start) for start in starts), key=lambda h: h.chi2)
     within = (_from_f(bench, chain) for chain in drawn_in(found.fit.chain, bench.observations, bench.fixed))
     best = min(within, key=lambda h: h.chi2, default=found)
     return best if best.share(found) > LITTLE else found
+
+
+def _of_another_size(bench: Bench) -> tuple[Chain, ...]:
+    """Return the plain chain with slopes scaled to the readings, where that makes them some times as large or small."""
+    _, chain = scaled(bench.plain, bench.fixed, bench.observations)
+    play = chain.stage_of(Play)
+    size = chain.values["F.S_L"] / bench.plain.values["F.S_L"] if play and "F.S_L" in chain.values else 1.0
+    return () if 1.0 / ANOTHER_SIZE < size < ANOTHER_SIZE else (chain,)
 
 
 def _from_f(bench: Bench, start: Chain) -> Hypothesis:

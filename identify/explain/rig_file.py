@@ -55,6 +55,11 @@ class HeldToRigFile:
             "values": [value.to_dict() for value in self.moved],
         }  # fmt: skip
 
+    @property
+    def rows(self) -> tuple[tuple[str, str, str], ...]:
+        """Return what is shown of the values: name, what the rig file has, what the recordings say."""
+        return tuple((v.name, shown(v.rig_file, v.unit), shown_interval(v.fitted, v.unit)) for v in self.moved)
+
     def told(self, noise_v: float) -> str:
         """Return what is said of the values that are farthest off; empty where those of the rig file do as well."""
         if not self.moved or self.rms_v <= ALIKE * noise_v:

@@ -50,6 +50,8 @@ def of_explanation(told: "Explanation") -> Glance:
         ("proof", f"held out ({runs}): {before} before, {after} after, noise {shown(noise, 'V', 3)}"),
         ("remains", told.remaining.sentence),
     ]
+    if told.verdict != "consistent" and (values := told.rig_file.told(noise)):
+        rows.append(("rig file", values))
     rows += [("warning", text) for text in told.warnings]
     return Glance(told.verdict.replace("_", " ").capitalize(), told.sentence, tuple(rows))
 

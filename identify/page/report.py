@@ -67,6 +67,7 @@ def explanation_page(
         "headline": told.sentence, "subline": _mismatch(told),
         "undecided": [_undecided(finding) for finding in told.effects if finding.probability < DECIDED],
         "stages": STAGES, "location": _location(told), "effects": [_effect(finding) for finding in told.effects],
+        "others": told.rig_file.rows, "rig_file_rms": shown(told.rig_file.rms_v, "V", 3),
         "proof": _proof(told), "held_out_how": told.held_out.how, "noise_from": told.noise.origin,
         "remaining": told.remaining.sentence, "over_noise": f"{told.remaining.over_noise:.3g}",
         "devices": list(device_lines([o.trace for o in (*told.train, *told.test)])),

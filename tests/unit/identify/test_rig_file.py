@@ -34,9 +34,9 @@ def test_a_rig_file_that_is_right_is_agreed_with(traces: list[Trace]) -> None:
     assert answer.rig_file.rms_v == pytest.approx(NOISE_V, rel=0.03)
 
 
-@pytest.mark.parametrize("gain", [10.0, 0.1, -1.0])
+@pytest.mark.parametrize("gain", [1000.0, 10.0, 0.1, -1.0])
 def test_slopes_of_another_size_or_sign_are_told(traces: list[Trace], gain: float) -> None:
-    """An attenuator, an amplifier that inverts: nothing is missing, and the rig file is wrong all the same."""
+    """Millivolts, an attenuator, an amplifier that inverts: nothing is missing, and the rig file is wrong."""
     answer = told(model_of(RC), [replace(t, y=gain * t.y) for t in traces])
     found = {value.name: value for value in answer.rig_file.moved}
     for name in ("S_L", "S_U"):

@@ -26,7 +26,7 @@ from identify.explain.explanation import (
     Remaining,
     Residuals,
 )
-from identify.explain.rig_file import HeldToRigFile
+from identify.explain.rig_file import HeldToRigFile, Moved
 from identify.explain.shape import Shape
 from identify.explain.survey import StageShare
 from identify.fit import Fit
@@ -306,6 +306,17 @@ def test_a_run_held_out_is_drawn_with_the_phase_the_proof_gave_it() -> None:
     words = [panel.alt for picture in at_first_glance(told) for panel in picture.panels]
     (left,) = re.findall(r"([0-9.]+) mV rms for the improved model", words[1])
     assert float(left) < 11.0
+
+
+def test_values_that_the_recordings_say_are_others_stand_beside_those_of_the_rig_file() -> None:
+    moved = Moved("D_L", "V", 1.4, Interval(1.2501, 1.2499, 1.2503))
+    page = Page(explanation_page(explanation(rig_file=HeldToRigFile(0.4, (moved,)))).html_with(lambda panel: ""))
+    assert "What the rig file has otherwise" in page.text("h2")
+    assert "differs from the fitted runs by 400 mV rms" in page.text("main")
+    for cell in ("D_L", "1.4 V", "1.25010 V ± 200 µV"):
+        assert cell in page.text("td")
+    as_it_is = Page(explanation_page(explanation()).html_with(lambda panel: ""))
+    assert "What the rig file has otherwise" not in as_it_is.text("h2")
 
 
 def test_physics_without_a_name_shows_its_shape_and_what_to_do_next() -> None:
