@@ -6,6 +6,7 @@ with enough freedom fits that as well as anything, and whatever is named for it 
 
 from collections.abc import Sequence
 from dataclasses import replace
+from operator import itemgetter
 
 import numpy as np
 
@@ -30,14 +31,13 @@ def check_heard(model: Model, traces: Sequence[Trace], noise_v: float) -> None:
     """
     if model.unknown or not traces:
         return
-    most: tuple[float, Trace] | None = None
+    foretold = []
     for trace in traces:
-        foretold_v = _foretold(model, trace, noise_v)
-        if foretold_v is None:
+        rms_v = _foretold(model, trace, noise_v)
+        if rms_v is None:
             return
-        most = (foretold_v, trace) if most is None or foretold_v > most[0] else most
-    assert most is not None
-    foretold_v, trace = most
+        foretold.append((rms_v, trace))
+    foretold_v, trace = max(foretold, key=itemgetter(0))
     y = trace.y[:LONG][good(trace)[:LONG]]
     stuck = "" if isinstance(model.f, LinearF) else (
         f", or F rests in a gap more than {WIDER:g} times as wide as the rig file has it (play a larger amplitude)"

@@ -37,8 +37,7 @@ def split(
     """Return the data in two parts: named runs, else the last repeat of every repeated step, else a part of each run.
 
     Of ``beginnings`` nothing need be left for the proof. Raises ValueError when there is nothing to fit, when sample
-    rates differ in kind, or the noise cannot be told, and
-    where no recording follows the source.
+    rates differ in kind, the noise cannot be told, or no recording follows the source.
     """
     if not traces:
         raise ValueError("no recording to fit: every one given is held out")

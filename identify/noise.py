@@ -73,17 +73,14 @@ def noise_of(traces: Sequence[Trace], settle_s: float, declared_v: float | None 
             return Noise(rms_v, origin, share * pool.count)
     if declared_v:
         return Noise(max(declared_v, floor), "the rig file")
-    bounds = (
-        (min((rms(trace) for trace in traces), default=float("inf")), origin)
-        for rms, origin in (
-            (_free_filter_rms, "the residual of a free linear filter, an upper bound"),
-            (_scatter_rms, "the scatter about a line through neighbouring readings, an upper bound"),
-        )
-    )
-    bound, origin = min(bounds)
-    if not exact < bound < float("inf"):
+    bounds = {
+        "the residual of a free linear filter, an upper bound": _free_filter_rms,
+        "the scatter about a line through neighbouring readings, an upper bound": _scatter_rms,
+    }
+    told = [(max(rms(trace), floor), origin) for origin, rms in bounds.items() for trace in traces]
+    if not (told := [(rms_v, origin) for rms_v, origin in told if exact < rms_v < float("inf")]):
         raise ValueError("no repeats, no settled dwell and no noise in the rig file: the noise cannot be told")
-    return Noise(max(bound, floor), origin)
+    return Noise(*min(told))
 
 
 def _range(traces: Sequence[Trace]) -> tuple[float, float]:

@@ -121,6 +121,13 @@ def test_periods_that_are_the_same_to_the_last_digit_tell_no_noise():
     assert (noise.rms_v, noise.origin) == (0.015, "the rig file")
 
 
+def test_readings_that_mostly_repeat_the_one_before_are_bounded_by_the_steps_of_the_adc():
+    lsb = 0.5
+    coarse = replace(unrepeated(), y=lsb * np.round(np.cumsum(unrepeated().u) / 20.0 / lsb))
+    assert np.median(np.abs(np.diff(coarse.y, 2))) == 0.0
+    assert noise_of([coarse], SETTLE_S).rms_v == pytest.approx(lsb / np.sqrt(12.0))
+
+
 def test_where_the_rig_is_far_from_linear_neighbours_bound_the_noise():
     t = np.arange(20_000) / 1e4
     u = 3.0 * np.sin(2.0 * np.pi * (2.0 * t + 3.0 * t**2))
