@@ -8,6 +8,7 @@ from identify.effects.effect import Effect
 from identify.explain.bench import Bench
 from identify.explain.confirm import CONVINCING, adapted, would_tell
 from identify.explain.hypothesis import Hypothesis
+from identify.explain.out_of_step import told_early
 from identify.explain.rivals import ordinary
 from identify.held import told_held
 from identify.holdout import Split
@@ -16,9 +17,13 @@ from identify.natural_units import shown
 
 
 def cautions(
-    model: Model, bench: Bench, plain: Hypothesis, better: Hypothesis, dropped: Sequence[Effect], data: Split
-) -> Iterator[str]:
-    """Yield what weakens an answer, a sentence each: ``dropped`` are effects that held-out data did not confirm."""
+    model: Model, bench: Bench, plain: Hypothesis, better: Hypothesis, dropped: Sequence[Effect], data: Split,
+    verdict: str,
+) -> Iterator[str]:  # fmt: skip
+    """Yield what weakens an answer, a sentence each: ``dropped`` are effects that held-out data did not confirm.
+
+    Where not all is explained the readings may be out of step.
+    """
     for effect in dropped:
         yield (f"{effect.id} at {effect.place.label} fits the training runs but is not confirmed by the held-out data: "
                "it is not reported; hold out runs that reach it")  # fmt: skip
@@ -35,6 +40,8 @@ def cautions(
         yield f"the plain fit did not converge: {plain.fit.sentence}"
     if not better.fit.converged:
         yield f"the improved fit did not converge: {better.fit.sentence}"
+    if verdict in ("unexplained", "partly_explained"):
+        yield from told_early(bench, plain)
     yield from told_held([o.trace for o in (*data.train, *data.test)], model, data.noise.rms_v)
 
 
