@@ -26,6 +26,7 @@ from identify.explain.wander import without_chance
 from identify.explain.weights import Carried
 from identify.fit import total_chi_squared
 from identify.observe import Observation, refined
+from identify.stage import Place
 from identify.stepping import alike, coarsened
 
 Told = TypeVar("Told")
@@ -94,6 +95,12 @@ class Bench:
         left, swell = without_chance(found.chain, effects, seen, self.noise_known)
         count = round(sum(o.expected for o in self.observations))
         return Hypothesis(tuple(effects), found, left, count, self.noise_known, swell, self.observations)
+
+    def fitted_from_f(self, chain: Chain, effects: Sequence[Effect]) -> Hypothesis:
+        """Fit a chain from its own values, F and the effects first, while the lags stay where they are."""
+        lags = [p.name for stage in self.plain.stages if stage.place != Place.F for p in stage.parameters()]
+        first = replace(self, fixed=(*self.fixed, *lags)).fitted(chain, effects)
+        return self.fitted(first.fit.chain, effects)
 
     def again(self, hypothesis: Hypothesis) -> Hypothesis:
         """Return a hypothesis fitted to these data on these grids: itself where it was."""

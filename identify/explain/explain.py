@@ -48,14 +48,14 @@ from identify.holdout import Split
 from identify.model import Model
 from identify.observe import Observation, refined
 from identify.readings.missing_samples import MissingSamples
-from identify.stage import Place
 from identify.starts.orders import valued
 from identify.starts.search import scaled
 from identify.starts.start import stabilised
 from identify.starts.unmet import drawn_in
 from identify.trace import Trace, intersample_of
 
-MUCH = 1.0  # misfit of a plain fit from which it may be a wrong one
+MUCH = 0.1  # misfit of a plain fit from which it may be a wrong one
+BY_CHANCE = 30.0  # of chi-squared: less may be what a border that is met for no reason makes of noise
 ANOTHER_SIZE = 3.0  # times as steep or as flat: slopes that far from the rig file's are no tolerance
 LITTLE = 0.1  # misfit up to which nothing may be missing: what coarse grids leave out of a fit would pass for physics
 
@@ -246,10 +246,10 @@ def _plain(bench: Bench) -> Hypothesis:
     found = bench.fitted(bench.plain, ())
     if found.misfit >= MUCH:
         starts = (bench.plain, *_of_another_size(bench))
-        found = min(found, *(_from_f(bench, start) for start in starts), key=lambda h: h.chi2)
-    within = (_from_f(bench, chain) for chain in drawn_in(found.fit.chain, bench.observations, bench.fixed))
+        found = min(found, *(bench.fitted_from_f(start, ()) for start in starts), key=lambda h: h.chi2)
+    within = (bench.fitted_from_f(chain, ()) for chain in drawn_in(found.fit.chain, bench.observations, bench.fixed))
     best = min(within, key=lambda h: h.chi2, default=found)
-    return best if best.share(found) > LITTLE else found
+    return best if best.share(found) > LITTLE and best.fall(found) > BY_CHANCE else found
 
 
 def _of_another_size(bench: Bench) -> tuple[Chain, ...]:
@@ -259,12 +259,6 @@ def _of_another_size(bench: Bench) -> tuple[Chain, ...]:
     size = chain.values["F.S_L"] / bench.plain.values["F.S_L"] if play and "F.S_L" in chain.values else 1.0
     return () if 1.0 / ANOTHER_SIZE < size < ANOTHER_SIZE else (chain,)
 
-
-def _from_f(bench: Bench, start: Chain) -> Hypothesis:
-    """Return the plain chain fitted from a start, F alone first."""
-    lags = [p.name for stage in bench.plain.stages if stage.place != Place.F for p in stage.parameters()]
-    first = replace(bench, fixed=(*bench.fixed, *lags)).fitted(start, ())
-    return bench.fitted(first.fit.chain, ())
 
 def confirmed(
     bench: Bench, earned: Warranted, test: Sequence[Observation]

@@ -87,8 +87,9 @@ class _Together:
         fitted = both.fitted(adapted(found.fit.chain, self.test), found.effects)
         if fitted.misfit < UNFINISHED**2 - 1.0:
             return fitted
-        begun = both.fitted(adapted(both.from_rig_file(found), self.test), found.effects)
-        return min(fitted, begun, key=lambda h: h.chi2)
+        begun = adapted(both.from_rig_file(found), self.test)
+        anew = both.fitted(begun, found.effects), both.fitted_from_f(begun, found.effects)
+        return min(fitted, *anew, key=lambda h: h.chi2)
 
 
 def _by_chance(bench: Bench, found: Hypothesis) -> bool:

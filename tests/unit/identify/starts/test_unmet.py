@@ -92,3 +92,13 @@ def test_what_is_missing_beside_a_gap_that_is_stuck_is_told(physics: Concealed, 
     told = explain(model_of(RC), [recorded(RC, SMALL, (physics,), NOISE_V, 3)])
     assert (told.verdict, [effect.id for effect in told.effects]) == ("explained", [named])
     assert told.location.stage == "sense"
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_where_the_gap_is_stuck_in_earnest_no_border_is_drawn_in_for_noise(seed: int) -> None:
+    """A border that is met with a slope of next to nothing fits noise as well, and foretells nothing of another run."""
+    model = model_of(replace(RC, d_l_v=1.2, d_u_v=-1.3, s_l=7.7))
+    still, moving = (recorded(RC, run, (), NOISE_V, seed) for run in (SMALL, sine("large", 8.0, 3.5, 8, 1)))
+    _, plain = prepared(model, split(model, [still], [moving]), sorted(known_effects()))
+    assert plain.fit.chain.values["F.S_L"] == pytest.approx(7.7, rel=1e-6)
+    assert explain(model, [still], [moving]).verdict == "consistent"
