@@ -22,12 +22,14 @@ FORETOLD = 10.0  # times the noise that a rig with such a gap would move the rea
 EARLY = 0.1  # of what is foretold: so much of it in a stretch is no chance
 SAME = 1e-10  # of the information of a signal, by which rounding may tell it from others
 SILENT = 0.01  # of what is foretold, that chance, pickup and what leaks past the rig may look like of it
+SHARE = 0.2  # of what is read, that may look like it: noise has no more
 
 
 def check_heard(model: Model, traces: Sequence[Trace], noise_v: float) -> None:
     """Raise ValueError where nothing of the source is in any of the recordings, though the rig should make much of it.
 
-    What is compared is a line in the signals of the simulation, whatever their sizes: u, v, w and y.
+    What is compared is a line in the signals of the simulation, u, v, w and y, and in how fast they move, whatever the
+    sizes: a coupling capacitor lets through no more than that.
     """
     if model.unknown or not traces:
         return
@@ -60,13 +62,14 @@ def _foretold(model: Model, trace: Trace, noise_v: float) -> float | None:
         for taps, wider in both:
             use = slice(first, first + taps[0].size)
             first, y = use.stop, trace.y[use][ok[use]]
-            like.add([tap[ok[use]] for tap in taps], y)
+            like.add([row[ok[use]] for row in (*(np.diff(tap, prepend=tap[:1]) for tap in taps), *taps)], y)
             least.add([wider[-1][ok[use]]], y)
             if like.found_v > EARLY * like.last_v:
                 return None
     if not np.isfinite(like.last_v) or not least.last_v > FORETOLD * noise_v:
         return None
-    return like.last_v if like.found_v < SILENT * like.last_v else None
+    unlike = like.found_v < SILENT * like.last_v and like.found_v < SHARE * like.read_v
+    return like.last_v if unlike else None
 
 
 class _Line:
@@ -76,19 +79,24 @@ class _Line:
         """Begin with none."""
         self._square: Array | float = 0.0
         self._along: Array | float = 0.0
-        self._count = 0
+        self._own, self._count = 0.0, 0
 
     def add(self, rows: Sequence[Array], y: Array) -> None:
         """Take a stretch of signals, V, shape (n,) each, and of readings."""
         base = np.array([*rows, np.ones(y.size)])
         self._square, self._along = self._square + base @ base.T, self._along + base @ y
-        self._count += y.size
+        self._own, self._count = self._own + float(y @ y), self._count + y.size
 
     @property
     def last_v(self) -> float:
         """Return the rms of the last signal about its mean, V."""
         square = np.asarray(self._square)
         return _about_mean(float(square[-2, -2]), float(square[-2, -1]), self._count)
+
+    @property
+    def read_v(self) -> float:
+        """Return the rms of the readings about their mean, V."""
+        return _about_mean(self._own, float(np.asarray(self._along)[-1]), self._count)
 
     @property
     def found_v(self) -> float:

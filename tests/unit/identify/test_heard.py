@@ -55,8 +55,9 @@ def test_without_a_gap_none_is_blamed():
         played(), replace(played(), y=-0.05 * played().y[:]),
         replace(played(), y=silent(played()).y[:] + 0.2 * played().u[:]),
         played(STAIRS, Concealed("saturation", {"upper": 0.5, "lower": -0.5})),
+        played(STAIRS, Concealed("ac_coupling", {"tau": 3e-4})),
     ],
-    ids=["all", "a twentieth, turned over", "past the gap", "short rails"],
+    ids=["all", "a twentieth, turned over", "past the gap", "short rails", "edges alone"],
 )  # fmt: skip
 def test_what_follows_the_source_in_any_way_is_heard(trace):
     check_heard(model_of(RC), [trace], NOISE_V)
