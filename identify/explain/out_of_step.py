@@ -16,47 +16,61 @@ from identify.explain.hypothesis import Hypothesis
 from identify.natural_units import shown
 from identify.observe import Observation
 
-MOST = 1 << 10  # samples by which readings are looked for early
+MOST, SHORTEST = 1 << 10, 20  # samples by which readings are looked for early, and the run over that, at most
 FALLS = 0.99  # of what was left: a step that leaves more leads nowhere
+SURE, MOSTLY = 100.0, 0.5  # of chi-squared, and of what is above the noise, that later readings explain at least
 
 
 def told_early(bench: Bench, plain: Hypothesis) -> tuple[str, ...]:
     """Return that readings come early, and by how much, where with later ones the plain model leaves but noise.
 
-    The samples are doubled as long as less is left, and then sought between the last three.
+    All are compared on the same readings: those that no step moves out of its run. The samples are doubled as
+    long as less is left, and then sought between the last three.
     """
-    tried = {0: plain.chi2}
-    step = 1
-    while step <= MOST and _left(bench, step, tried) < FALLS * tried[step // 2]:
+    most = min(MOST, *(o.trace.size // SHORTEST for o in bench.observations))
+    tried: dict[int, Hypothesis] = {}
+
+    def left(samples: int) -> float:
+        if samples not in tried:
+            tried[samples] = _fitted(bench, plain, samples, most)
+        return 1.0 + tried[samples].misfit
+
+    step, before = 1, _fitted(bench, plain, 0, most)
+    tried[0] = before
+    while step <= most and left(step) < FALLS * left(step // 2):
         step *= 2
-    low, high = step // 4, min(step, MOST)
+    low, high = step // 4, min(step, most)
     while high - low > 2:
         third = max((high - low) // 3, 1)
         first, second = low + third, high - third
-        low, high = (low, second) if _left(bench, first, tried) < _left(bench, second, tried) else (first, high)
-    best = min(range(low, high + 1), key=lambda n: _left(bench, n, tried))
-    if not best or _left(bench, best, tried) > UNFINISHED**2 * plain.count:
-        return ()
-    early_s, samples = best / bench.observations[0].trace.rate_hz, f"{best} sample{'s' if best > 1 else ''}"
+        low, high = (low, second) if left(first) < left(second) else (first, high)
+    best = min(range(low, high + 1), key=left)
+    fallen = before.chi2 - tried[best].chi2
+    explains = left(best) <= UNFINISHED**2 and fallen > max(SURE, MOSTLY * (before.chi2 - before.count))
+    return (_told(best, bench.observations[0].trace.rate_hz),) if explains else ()
+
+
+def _told(samples: int, rate_hz: float) -> str:
+    """Return what is said of readings that come so many samples early."""
     return (
-        f"with the readings {samples} ({shown(early_s, 's', 3)}) later nothing would be missing: they come before the "
-        "rig can answer, u and y of these recordings are out of step; look at how they were triggered or imported",
+        f"with the readings {samples} sample{'s' if samples > 1 else ''} ({shown(samples / rate_hz, 's', 3)}) later "
+        "nothing would be missing: they come before the rig can answer, u and y of these recordings are out of step; "
+        "look at how they were triggered or imported"
     )
 
 
-def _left(bench: Bench, samples: int, tried: dict[int, float]) -> float:
-    """Return what the plain model leaves of readings that come so many samples later, chi-squared."""
-    if samples not in tried:
-        later = replace(bench, observations=_later(bench.observations, samples), known={}, asked={}, coarser=None)
-        tried[samples] = later.fitted(bench.plain, ()).chi2
-    return tried[samples]
+def _fitted(bench: Bench, plain: Hypothesis, samples: int, most: int) -> Hypothesis:
+    """Return the plain model fitted to readings that come so many samples later, the last ``most`` left out."""
+    later = replace(bench, observations=_later(bench.observations, samples, most), known={}, asked={}, coarser=None)
+    return later.fitted(bench.plain if samples else plain.fit.chain, ())
 
 
-def _later(observations: Sequence[Observation], samples: int) -> tuple[Observation, ...]:
-    """Return observations of which every reading is that of some samples before; the first do not count."""
+def _later(observations: Sequence[Observation], samples: int, most: int) -> tuple[Observation, ...]:
+    """Return observations of which every reading is that of some samples before; the last ``most`` do not count."""
     found = []
     for o in observations:
-        y = np.concatenate((np.full(samples, o.trace.y[:1][0]), o.trace.y[:]))[: o.trace.size]
-        use = np.concatenate((np.zeros(samples, dtype=bool), o.use))[: o.trace.size]
+        y, use = np.full(o.trace.size, o.trace.y[:1][0]), np.zeros(o.trace.size, dtype=bool)
+        there = slice(samples, o.trace.size - most + samples)
+        y[there], use[there] = o.trace.y[: o.trace.size - most], o.use[: o.trace.size - most]
         found.append(replace(o, trace=replace(o.trace, y=y), use=use))
-    return tuple(found)
+    return tuple(o for o in found if o.count)

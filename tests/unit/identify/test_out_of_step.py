@@ -49,6 +49,20 @@ def test_what_no_later_reading_mends_is_not_told_so(physics: tuple[Concealed, ..
     assert told_early(*fitted(played(*physics))) == ()
 
 
+@pytest.mark.parametrize("last", [20, 60, 200])
+def test_what_is_wrong_with_the_end_of_a_run_alone_is_not_told_so(last: int) -> None:
+    """Later readings move it out of the run, and nothing else."""
+
+    def hit(trace: Trace) -> Trace:
+        at = np.arange(trace.size)
+        return replace(trace, y=trace.y + np.where(at >= trace.size - last, 90.0 * np.sin(at), 0.0))
+
+    traces = [hit(trace) for trace in played()]
+    bench, plain = fitted(traces)
+    assert plain.misfit > 1.0
+    assert told_early(bench, plain) == ()
+
+
 def test_an_answer_without_a_name_says_it() -> None:
     traces = [early(trace, 1) for trace in played()]
     answer = explain(MODEL, traces[:1], traces[1:])
