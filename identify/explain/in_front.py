@@ -3,6 +3,9 @@
 w keeps the level at which contact ended: all readings until the next contact tell of v at that one instant. What the
 residual asks of v is therefore the residual, back through G2, summed up where contact was (the transpose of what a
 small change of v does to the answer). There a line stands out that what is read hides.
+
+A line that is quick against the stimulus shakes the borders apart, at whatever frequency it goes, and that is most of
+what it does: those few instants tell of any quick line alike. It shows by its own frequency while w moves.
 """
 
 from collections.abc import Sequence
@@ -17,7 +20,7 @@ from identify.explain.wander import whitened
 from identify.harmonic.steady import frequency_response
 from identify.observe import Observation
 from identify.stage import Place
-from identify.trace import Array
+from identify.trace import Array, Mask
 
 MOVES = 1e-9  # of the range of w: a smaller step is rounding
 AS_HIGH = 0.8  # of how much the highest stands out, in logs, from which what is stronger may be the line
@@ -27,22 +30,35 @@ APART = 2.0  # what the longest run resolves: frequencies closer than that are o
 def lines_in_front(chain: Chain, observations: Sequence[Observation], count: int) -> tuple[float, ...]:
     """Return the frequencies of the ``count`` likeliest lines of v, Hz, the likeliest first, all runs asked together.
 
-    Fewer where F never moves. What hangs on the stimulus makes lines, too, but in every run others. Where F turns as
-    often, so do images of a line, and stand out more where less is around them: half of the frequencies are those that
-    are strongest among what stands out nearly as much as any.
+    And one more, at which what is left changes most while F moves. None where F never moves. What hangs on the stimulus
+    makes lines, too, but in every run others. Where F turns as often, so do images of a line, and stand out more where
+    less is around them: half of the frequencies are those that are strongest among what stands out nearly as much as
+    any.
     """
-    asked = [pulled for o in observations if (pulled := asked_of_v(chain, o)).any()]
-    if not asked:
+    moving = [(o, *there) for o in observations if (there := _while_moving(chain, o))[1].any()]
+    if not moving:
         return ()
-    powers = [periodogram(pulled, np.ones(pulled.size, dtype=bool)) for pulled in asked]
+    powers = [_power(_pulled(chain, o, left, moves)) for o, left, moves in moving]
     turns, told = asked_together([standing_out(power) for power in powers])
     _, strong = asked_together(powers)
+    _, changing = asked_together([standing_out(_power(_changes(left, moves))) for _, left, moves in moving])
     rate_hz = observations[0].trace.rate_hz
-    apart = max(round(APART * 2.0 * turns.size / max(pulled.size for pulled in asked)), 1)
+    apart = max(round(APART * 2.0 * turns.size / max(left.size for _, left, _ in moving)), 1)
     height = np.sum(np.log1p(told), axis=0)
     chosen = _highest(height, count - count // 2, apart, [])
     chosen = _highest(np.where(height > AS_HIGH * np.max(height), np.sum(strong, axis=0), 0.0), count, apart, chosen)
+    chosen = _highest(np.sum(np.log1p(changing), axis=0), len(chosen) + 1, apart, chosen)
     return tuple(float(turns[at]) * rate_hz for at in chosen)
+
+
+def _power(signal: Array) -> Array:
+    """Return the periodogram of a whole signal, shape (frequencies,)."""
+    return periodogram(signal, np.ones(signal.size, dtype=bool))
+
+
+def _changes(left: Array, moves: Mask) -> Array:
+    """Return by how much a residual changes from reading to reading while w moves, 0 elsewhere, shape (N,)."""
+    return np.where(moves, np.diff(left, prepend=left[:1]), 0.0)
 
 
 def _highest(values: Array, count: int, apart: int, chosen: Sequence[int]) -> list[int]:
@@ -61,13 +77,22 @@ def asked_of_v(chain: Chain, observation: Observation) -> Array:
 
     Borders count alike, whatever their slopes. Zeros where w never moves.
     """
+    return _pulled(chain, observation, *_while_moving(chain, observation))
+
+
+def _while_moving(chain: Chain, observation: Observation) -> tuple[Array, Mask]:
+    """Return the residual in units of white noise, and when w moves, shape (N,) each."""
     left = whitened(observation, observation.masked_residual(chain))
     w = signals(chain, observation.trace)[chain.index(Place.F) - 1]
-    moves = np.abs(np.diff(w, prepend=w[0])) > MOVES * max(float(np.ptp(w)), 1e-300)
-    latest = np.maximum.accumulate(np.where(moves, np.arange(w.size), -1))
+    return left, np.abs(np.diff(w, prepend=w[0])) > MOVES * max(float(np.ptp(w)), 1e-300)
+
+
+def _pulled(chain: Chain, observation: Observation, left: Array, moves: Mask) -> Array:
+    """Return a residual back through G2, summed up where w moved last, shape (N,)."""
+    latest = np.maximum.accumulate(np.where(moves, np.arange(moves.size), -1))
     there = latest >= 0
     back = _back_through_g2(chain, left, observation.trace.rate_hz)
-    return np.asarray(np.bincount(latest[there], back[there], minlength=w.size), dtype=np.float64)
+    return np.asarray(np.bincount(latest[there], back[there], minlength=moves.size), dtype=np.float64)
 
 
 def _back_through_g2(chain: Chain, left: Array, rate_hz: float) -> Array:

@@ -59,9 +59,18 @@ def test_images_of_a_line_do_not_take_the_place_of_the_line():
     assert abs(hz[0] - frequency_hz) > 100.0
 
 
-def test_frequencies_are_apart_and_as_many_as_are_asked_for():
+@pytest.mark.parametrize(("amplitude_v", "hz"), [(1.0, 577.3), (2.0, 814.8), (0.5, 1300.0)])
+def test_a_quick_line_that_shakes_the_borders_apart_is_told_by_how_readings_change_while_w_moves(amplitude_v, hz):
+    """What v is asked for tells of any quick line alike: there it stands out nowhere."""
+    runs = seen(Concealed("source_line", {"amplitude": amplitude_v, "frequency": hz}))
+    *asked, changing = lines_in_front(CHAIN, runs, LINES)
+    assert changing == pytest.approx(hz, abs=0.5)
+    assert min(abs(one - hz) for one in asked) > 5.0
+
+
+def test_frequencies_are_apart_and_as_many_as_are_asked_for_and_one_more():
     found = lines_in_front(CHAIN, seen(), 3)
-    assert len(found) == 3
+    assert len(found) == 3 + 1
     assert min(np.diff(np.sort(found))) > 0.5
     assert lines_in_front(CHAIN, seen()[-1:], 3) == ()
 
