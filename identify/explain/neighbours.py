@@ -58,19 +58,27 @@ def _other_forms(bench: Bench, best: Hypothesis) -> tuple[Fit, ...]:
 
 
 def resettled(bench: Bench, hypothesis: Hypothesis) -> Hypothesis:
-    """Return the hypothesis with values that no slope leads to looked for once more, now that the rest is known."""
-    best = _compared_again(bench, hypothesis)
+    """Return the hypothesis with values that no slope leads to looked for once more, now that the rest is known.
+
+    Where that finds none better, asking it again costs nothing.
+    """
+    best = bench.remembered(_compared_again, hypothesis)
     chain = best.fit.chain
     for effect in best.effects:
         chain = effect.resettled(chain, bench.observations)
     best = best if chain is best.fit.chain else bench.fitted(chain, best.effects)
     for _ in range(MOVES):
-        leaps = [leap for effect in best.effects for leap in effect.leaps(best.fit.chain, bench.observations)]
-        other = min((bench.fitted(leap, best.effects) for leap in leaps), key=lambda h: h.chi2, default=best)
+        other = bench.remembered(_leapt, best)
         if other.chi2 > best.chi2 - BETTER:
             break
         best = other
     return best
+
+
+def _leapt(bench: Bench, best: Hypothesis) -> Hypothesis:
+    """Return the best fit from values of the effects to which no slope leads, the hypothesis itself without any."""
+    leaps = [leap for effect in best.effects for leap in effect.leaps(best.fit.chain, bench.observations)]
+    return min((bench.fitted(leap, best.effects) for leap in leaps), key=lambda h: h.chi2, default=best)
 
 
 def _compared_again(bench: Bench, best: Hypothesis) -> Hypothesis:

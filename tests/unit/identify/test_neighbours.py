@@ -56,7 +56,9 @@ def test_a_law_of_one_number_has_no_second_place_to_rest_at(bench: Bench) -> Non
     assert spanning("feedthrough.k", 1.0, best.fit, others).low == best.fit.ci95("feedthrough.k")[0]
 
 
-def test_steps_of_a_dac_are_compared_once_more_beside_what_was_found_since() -> None:
+def test_steps_of_a_dac_are_compared_once_more_beside_what_was_found_since(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """Alone, the steps had been found at a size at which they stood in for a part of the feedthrough, too."""
     dac, true = catalogue()["dac_quantisation"](Place.SOURCE), {"lsb": 0.0373}
     hidden = (Concealed("dac_quantisation", true), Concealed("feedthrough", {"k": 0.02}))
@@ -70,6 +72,9 @@ def test_steps_of_a_dac_are_compared_once_more_beside_what_was_found_since() -> 
     assert found.chi2 < wrong.chi2 - 100.0
     assert found.fit.chain.values["dac_quantisation.lsb"] == pytest.approx(true["lsb"], rel=2e-3)
     assert resettled(there, alone).fit.chain.values["dac_quantisation.lsb"] == pytest.approx(0.0411, rel=2e-2)
+    rests = resettled(there, found)
+    monkeypatch.setattr(Bench, "fitted", None)  # asked again of what rests, nothing is fitted
+    assert resettled(there, rests) is rests
 
 
 def diode(level: float, n_vt: float, series: float) -> tuple[Bench, dict[str, float]]:
