@@ -214,7 +214,11 @@ class Bench:
         finer = tuple(refined(o, chain) for o in self.observations)
         if finer == self.observations:
             return self
-        return replace(self, observations=finer, known={}, asked={}, coarser=self)
+        return replace(self.on(finer), coarser=self)
+
+    def on(self, observations: tuple[Observation, ...]) -> "Bench":
+        """Return the bench with other data, of which nothing is known yet."""
+        return replace(self, observations=observations, known={}, asked={}, coarser=None)
 
     def fine_enough(self, *hypotheses: Hypothesis) -> "Bench":
         """Return the bench with grids fine enough for all hypotheses; any are where one's chance swells the noise."""

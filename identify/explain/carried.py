@@ -283,5 +283,5 @@ def _weighed(
     chain = _with(law, chain, logs)
     coarsest = [replace(o, substeps=1, left_out=None) for o in bench.observations]
     seen = tuple(refined(o, chain) for o in weighed(law, chain, coarsest))
-    beside = replace(bench, observations=seen, carried=Carried(law, pull), known={}, asked={}, coarser=None)
+    beside = replace(bench.on(seen), carried=Carried(law, pull))
     return beside, beside.fitted(chain, effects)

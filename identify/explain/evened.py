@@ -66,5 +66,5 @@ def stepped(data: Split, bench: Bench, final: Hypothesis) -> tuple[Split, Bench,
         return data, bench, final
     pairs = zip(bench.observations, told.train, strict=True)
     seen = tuple(replace(o, noise_v=new.noise_v, scatter=new.scatter) for o, new in pairs)
-    again = replace(bench, observations=seen, known={}, asked={}, coarser=None)
+    again = bench.on(seen)
     return told, again, again.again(final)

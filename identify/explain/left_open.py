@@ -5,7 +5,7 @@ are known. Where one set of values fits both, held-out runs that differ show how
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import inf, isfinite, sqrt
 
 from scipy.stats import chi2 as chi2_distribution
@@ -83,7 +83,7 @@ class _Together:
 
     def __call__(self, bench: Bench, found: Hypothesis) -> Hypothesis:
         """Return it fitted from what those fitted tell or, where that fails, from the rig file."""
-        both = replace(bench, observations=joined((*bench.observations, *self.test)), known={}, asked={}, coarser=None)
+        both = bench.on(joined((*bench.observations, *self.test)))
         fitted = both.fitted(adapted(found.fit.chain, self.test), found.effects)
         if fitted.misfit < UNFINISHED**2 - 1.0:
             return fitted

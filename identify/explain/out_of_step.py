@@ -61,7 +61,7 @@ def _told(samples: int, rate_hz: float) -> str:
 
 def _fitted(bench: Bench, plain: Hypothesis, samples: int, most: int) -> Hypothesis:
     """Return the plain model fitted to readings that come so many samples later, the last ``most`` left out."""
-    later = replace(bench, observations=_later(bench.observations, samples, most), known={}, asked={}, coarser=None)
+    later = bench.on(_later(bench.observations, samples, most))
     return later.fitted(bench.plain if samples else plain.fit.chain, ())
 
 

@@ -82,7 +82,7 @@ def _fewer(whole: _Track) -> _Track | None:
     evidence = whole.bench.evidence(whole.base)
     if evidence.fine is evidence:
         return None
-    bench = replace(whole.bench, observations=evidence.observations, known={}, asked={}, coarser=None)
+    bench = whole.bench.on(evidence.observations)
     return _Track(bench, bench.fitted(whole.base.fit.chain, whole.base.effects, 0))
 
 
