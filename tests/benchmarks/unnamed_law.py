@@ -13,7 +13,7 @@ import numpy as np
 from identify.evidence import Evidence
 from identify.explain.confirm import held_out_rms
 from identify.explain.corrections import level_knots
-from identify.explain.explain import prepared
+from identify.explain.plain import prepared
 from identify.holdout import split
 from identify.observe import refined
 from identify.stage import Place

@@ -9,8 +9,8 @@ import pytest
 from identify.effects import catalogue, chain_of
 from identify.explain import explain
 from identify.explain.bench import Bench
-from identify.explain.explain import prepared
 from identify.explain.hypothesis import Hypothesis
+from identify.explain.plain import prepared
 from identify.explain.race import begun_anew
 from identify.fit import fit
 from identify.holdout import split

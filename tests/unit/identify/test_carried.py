@@ -35,9 +35,10 @@ from identify.explain.carried import (
     scatters_so,
     weighed_again,
 )
-from identify.explain.explain import _found, confirmed, explain, prepared
+from identify.explain.explain import _found, confirmed, explain
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located
+from identify.explain.plain import prepared
 from identify.explain.promise import Promise
 from identify.explain.prune import pruned
 from identify.explain.readings import Look, read

@@ -10,9 +10,9 @@ from identify.chain import plain_chain, simulate
 from identify.evidence import Evidence
 from identify.explain import beside, free_form
 from identify.explain.corrections import corrections
-from identify.explain.explain import prepared
 from identify.explain.frequencies import LINES
 from identify.explain.in_front import asked_of_v, lines_in_front
+from identify.explain.plain import prepared
 from identify.explain.sought import distinct
 from identify.explain.suspect import Suspect, contenders, overlooked, with_alike
 from identify.fit import fit

@@ -7,7 +7,7 @@ from scipy.signal import lfilter
 from identify.effects import catalogue, chain_of
 from identify.effects.hum import MAINS_HZ
 from identify.explain.bench import Bench
-from identify.explain.explain import prepared
+from identify.explain.plain import prepared
 from identify.holdout import split
 from identify.mains import Mains
 from identify.spectrum import matched

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from identify.explain.bench import Bench
-from identify.explain.explain import explain, prepared
+from identify.explain.explain import explain
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.out_of_step import told_early
+from identify.explain.plain import prepared
 from identify.holdout import split
 from identify.trace import Trace
 from tests.proof.cases import Concealed

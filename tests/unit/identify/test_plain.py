@@ -1,6 +1,7 @@
 """Does the plain model's fit come to where it belongs from a rig file that is a few per cent off?"""
 
-from identify.explain.explain import explain, prepared
+from identify.explain.explain import explain
+from identify.explain.plain import prepared
 from identify.holdout import split
 from tests.proof.ask import known_effects, parted
 from tests.proof.bench import record

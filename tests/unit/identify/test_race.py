@@ -8,8 +8,8 @@ from identify.candidates import Candidate
 from identify.effects import catalogue, chain_of
 from identify.explain import race
 from identify.explain.bench import Bench
-from identify.explain.explain import prepared
 from identify.explain.hypothesis import Hypothesis
+from identify.explain.plain import prepared
 from identify.explain.promise import Promise
 from identify.explain.race import KEPT, doubled, raced
 from identify.holdout import split

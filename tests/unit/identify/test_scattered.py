@@ -9,7 +9,7 @@ import pytest
 from identify.chain import signals
 from identify.effects import chain_of
 from identify.explain import explain
-from identify.explain.explain import prepared
+from identify.explain.plain import prepared
 from identify.explain.scattered import scattered
 from identify.holdout import split
 from identify.stage import Place

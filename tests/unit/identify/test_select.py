@@ -11,10 +11,10 @@ from identify.effects.effect import Effect
 from identify.explain.bench import Bench
 from identify.explain.decide import decided, overtaking
 from identify.explain.exchange import exchanged
-from identify.explain.explain import prepared
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.locate import Located, located
 from identify.explain.neighbours import resettled
+from identify.explain.plain import prepared
 from identify.explain.promise import Pair, Promise
 from identify.explain.prune import simplified
 from identify.explain.race import DECISIVE

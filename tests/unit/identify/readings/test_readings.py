@@ -10,9 +10,10 @@ from identify.chain import plain_chain, simulate
 from identify.colour import Colour, whitening
 from identify.effects import catalogue
 from identify.effects.effect import Confusion, short
-from identify.explain.explain import explain, prepared
+from identify.explain.explain import explain
 from identify.explain.hidden import counts_another, hides_noise, loses, lost_no_more, suspected
 from identify.explain.of_readings import finding
+from identify.explain.plain import prepared
 from identify.explain.readings import Look, read, reread
 from identify.holdout import settling_s, split
 from identify.interval import Interval

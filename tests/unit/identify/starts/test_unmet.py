@@ -7,7 +7,8 @@ import pytest
 
 from identify.chain import signals
 from identify.effects import chain_of
-from identify.explain.explain import explain, prepared
+from identify.explain.explain import explain
+from identify.explain.plain import prepared
 from identify.holdout import split
 from identify.observe import Observation
 from identify.starts.unmet import LOADING, UNLOADING, drawn_in
