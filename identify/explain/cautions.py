@@ -8,6 +8,7 @@ from identify.effects.effect import Effect
 from identify.explain.bench import Bench
 from identify.explain.confirm import CONVINCING, adapted, would_tell
 from identify.explain.hypothesis import Hypothesis
+from identify.explain.misread import told_misread
 from identify.explain.out_of_step import told_early
 from identify.explain.rivals import ordinary
 from identify.held import told_held
@@ -22,7 +23,7 @@ def cautions(
 ) -> Iterator[str]:  # fmt: skip
     """Yield what weakens an answer, a sentence each: ``dropped`` are effects that held-out data did not confirm.
 
-    Where not all is explained the readings may be out of step.
+    Where not all is explained the readings may be out of step, or misread.
     """
     for effect in dropped:
         yield (f"{effect.id} at {effect.place.label} fits the training runs but is not confirmed by the held-out data: "
@@ -41,7 +42,7 @@ def cautions(
     if not better.fit.converged:
         yield f"the improved fit did not converge: {better.fit.sentence}"
     if verdict in ("unexplained", "partly_explained"):
-        yield from told_early(bench, plain)
+        yield from told_early(bench, plain) or told_misread(model, plain)
     yield from told_held([o.trace for o in (*data.train, *data.test)], model, data.noise.rms_v)
 
 
