@@ -29,7 +29,7 @@ def told_misread(model: Model, plain: Hypothesis) -> tuple[str, ...]:
     """Return how the recordings of a plain fit that leaves most of them may be meant, where the plain model tells so.
     """
     traces = [o.trace for o in plain.data]
-    readings = np.concatenate([o.trace.y[:] for o in plain.data])
+    readings = np.concatenate([o.trace.y[:][o.use] for o in plain.data])
     left_v = np.sqrt(1.0 + plain.misfit) * plain.data[0].noise_v
     if not left_v > GROSSLY * float(np.std(readings)):
         return ()
@@ -45,7 +45,7 @@ def _is_all(model: Model, traces: Sequence[Trace]) -> bool:
         _, plain = prepared(model, data)
     except ValueError:  # such recordings cannot be used
         return False
-    quiet = data.noise.rms_v < QUIET * min(float(np.std(trace.y[:])) for trace in traces)
+    quiet = data.noise.rms_v < QUIET * min(float(np.std(o.trace.y[:][o.use])) for o in data.train)
     return quiet and 1.0 + plain.misfit <= UNFINISHED**2
 
 

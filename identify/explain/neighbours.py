@@ -76,9 +76,15 @@ def resettled(bench: Bench, hypothesis: Hypothesis) -> Hypothesis:
 
 
 def _leapt(bench: Bench, best: Hypothesis) -> Hypothesis:
-    """Return the best fit from values of the effects to which no slope leads, the hypothesis itself without any."""
+    """Return the best fit from values of the effects to which no slope leads, the hypothesis itself without any.
+
+    One that stays far from it is not continued.
+    """
     leaps = [leap for effect in best.effects for leap in effect.leaps(best.fit.chain, bench.observations)]
-    return min((bench.fitted(leap, best.effects) for leap in leaps), key=lambda h: h.chi2, default=best)
+    first = [bench.fitted(leap, best.effects, SPRINT) for leap in leaps]
+    near = [h for h in first if h.chi2 < best.chi2 + HOPEFUL * best.swell]
+    found = [h if h.fit.converged else bench.fitted(h.fit.chain, h.effects) for h in near]
+    return min(found, key=lambda h: h.chi2, default=best)
 
 
 def _compared_again(bench: Bench, best: Hypothesis) -> Hypothesis:
