@@ -6,7 +6,7 @@ its end.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import compress
 from math import log
 
@@ -19,9 +19,10 @@ from identify.explain.side_by_side import ITERATIONS, fitted_from, raced
 from identify.explain.sought import distinct, finer, of_one, one_again, relevelled, retimed, retuned
 from identify.explain.steady import steady
 from identify.explain.suddenly import from_a_run_on, in_breaks
-from identify.explain.suspect import LARGE, LEVEL, Suspect, contenders, is_fine, overlooked, unexplained
+from identify.explain.suspect import LARGE, LEVEL, Suspect, contenders, is_fine, overlooked, suspect, unexplained
 from identify.explain.wander import all_wanders
 from identify.fit import total_chi_squared
+from identify.stage import Place
 from identify.unnamed.correction import Correction
 from identify.unnamed.lines import Line, Wave
 from identify.unnamed.maps import BrokenMap, LevelTable
@@ -32,7 +33,8 @@ MOVED, SLID = 2, 6  # times corners are sought anew, and slid, at most
 WORTH = 0.01  # of what a fit leaves beyond the noise: what was slid by less is there
 MOVABLE = 100.0  # times the best sum of squares, up to which they are moved
 NEARLY = 0.995  # of the best promise, that first order may mistake
-MOSTLY = 0.5  # of what is left, that a line explains at least of a wave, and overtones of what that leaves
+MOSTLY, PART = 0.5, 0.3  # of what is left: what overtones explain of what a line leaves, and that line of a wave
+ASIDE, TURN = (-3, -2, -1, 1, 2, 3), 0.25  # of a turn over the longest run, by which a line is tried beside its place
 SHARPENED = 0.3  # of the best promise, from which what was not fitted first has the knots the data ask for
 NEXT, BESIDE = 0.97, 2  # of what one promises, and how many more of its place are looked at with more knots
 
@@ -79,7 +81,7 @@ class GoneOn:
 
     def __call__(self, bench: Bench, base: Hypothesis) -> tuple[Correction, Hypothesis]:
         """Return what it has become, and the fit on top of a hypothesis."""
-        law, fitted = slid_on(bench, base, self.correction, self.begun)
+        law, fitted = in_step(bench, base, *slid_on(bench, base, self.correction, self.begun))
         return with_overtones(bench, base, *between_runs(bench, base, law, fitted))
 
 
@@ -246,11 +248,32 @@ def between_runs(
     return since, bench.fitted(since.put_in(plain, weights), base.effects, ITERATIONS)
 
 
+def in_step(bench: Bench, base: Hypothesis, law: Correction, fitted: Hypothesis) -> tuple[Correction, Hypothesis]:
+    """Return a fitted line in front of the gap at a frequency close by, where it leaves less there.
+
+    Half a turn out of step by the end of a run, no slope leads to where it is in step all along.
+    """
+    if law.place is Place.SENSE or not _is_part_of_a_wave(base, law, fitted):
+        return law, fitted
+    evidence = bench.evidence(base)
+    hz = (law.knots[0] + times * TURN / evidence.longest_s for times in ASIDE)
+    near = [suspect(evidence, replace(law, knots=(one,))) for one in hz if one > 0.0]
+    first = [(s.correction, fitted_from(bench, base, s)) for s in near]
+    best = min(first, key=lambda pair: pair[1].chi2)
+    return slid_on(bench, base, *best) if best[1].chi2 < fitted.chi2 - 1.0 else (law, fitted)
+
+
+def _is_part_of_a_wave(base: Hypothesis, law: Correction, fitted: Hypothesis) -> bool:
+    """Return whether a law is a line that explains its part of what is left, and leaves some."""
+    there = type(law) is Line and base.chi2 - fitted.chi2 >= PART * base.proven
+    return there and fitted.misfit >= base.noise_known
+
+
 def with_overtones(
     bench: Bench, base: Hypothesis, law: Correction, fitted: Hypothesis
 ) -> tuple[Correction, Hypothesis]:
-    """Return a fitted line with overtones where it explains most of what is left, and they most of what it leaves."""
-    if type(law) is not Line or base.chi2 - fitted.chi2 < MOSTLY * base.proven or fitted.misfit < base.noise_known:
+    """Return a fitted line with overtones where it explains a part of what is left, and they most of what it leaves."""
+    if not _is_part_of_a_wave(base, law, fitted):
         return law, fitted
     wave, found = Wave(law.place, law.knots, law.name), fitted.fit.chain.values
     weights = {name: value for name, value in found.items() if name.startswith(f"{law.name}.")}
