@@ -139,7 +139,8 @@ def test_a_line_at_other_frequencies_goes_along_if_it_promises_nearly_as_much(mo
     def promising(correction, gain):
         return Suspect(correction, np.ones(1), np.array([gain]), {})
 
-    line, near, far = (promising(Line(Place.G1, (hz,)), gain) for hz, gain in ((50.0, 100.0), (77.0, 90.0), (9.0, 30.0)))
+    lines = ((50.0, 100.0), (77.0, 90.0), (9.0, 30.0))
+    line, near, far = (promising(Line(Place.G1, (hz,)), gain) for hz, gain in lines)
     read = promising(Line(Place.SENSE, (50.0,)), 95.0)
     level = promising(LevelMap(Place.F, (0.0, 1.0, 2.0, 3.0)), 99.0)
     ranked = [line, level, read, near, far]
