@@ -8,6 +8,7 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from scipy.linalg import LinAlgError
 
 from identify.explain.confirm import UNFINISHED
 from identify.explain.hypothesis import Hypothesis
@@ -43,7 +44,7 @@ def _is_all(model: Model, traces: Sequence[Trace]) -> bool:
     try:
         data = split(model, traces)
         _, plain = prepared(model, data)
-    except ValueError:  # such recordings cannot be used
+    except (ValueError, ArithmeticError, LinAlgError):  # such recordings cannot be used
         return False
     quiet = data.noise.rms_v < QUIET * min(float(np.std(o.trace.y[:][o.use])) for o in data.train)
     return quiet and 1.0 + plain.misfit <= UNFINISHED**2
