@@ -131,8 +131,6 @@ class Answer:
             *(of_readings(b, self.blemished and self.proof is not None) for b in self.readings.found),
         )
         train, runs = self.bench.observations, tuple(o.trace.name for o in self.data.test)
-        asked = self.model, self.bench, self.plain, self.better, self.dropped, self.data, self.verdict
-        told = tuple(cautions(*asked))
         before = pooled_rms([o.used_residual(self.before) for o in self.raw.train])
         after = pooled_rms([o.used_residual(chain) for o in train])
         return Explanation(
@@ -143,7 +141,9 @@ class Answer:
             held_out=HeldOut(runs, self.data.how, Residuals(self.before_v, self.after_v), self.named_v),
             remaining=self.remaining(), model=model, plain=self.plain.fit, improved=self.improved.fit,
             train=train, test=self.data.test, profiles=self.profiles(), survey=self.survey,
-            warnings=told, rig_file=self.rig_file, entered=self.entered if self.proof or not findings else (),
+            warnings=tuple(
+                cautions(self.model, self.bench, self.plain, self.better, self.dropped, self.data, self.verdict)
+            ), rig_file=self.rig_file, entered=self.entered if self.proof or not findings else (),
         )  # fmt: skip
 
     @property
