@@ -5,9 +5,9 @@ import re
 from rig.commands import commands
 from tests.architecture.effect_table import BEGIN, END, NAMED, summary, table
 from tests.architecture.house import ROOT
+from tests.proof.in_short import FOREMOST
 from tests.proof.tables import BEGIN as PROOF
 from tests.proof.tables import END as PROVEN
-from tests.proof.tables import FOREMOST
 
 README, EFFECTS, TRIALS = (
     (ROOT / path).read_text(encoding="utf-8")

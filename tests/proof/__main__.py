@@ -15,12 +15,13 @@ from itertools import islice
 from pathlib import Path
 
 from tests.proof.ask import asked, exact_twins, known_effects
+from tests.proof.in_short import shortest
 from tests.proof.kinds import LIBRARY, UNHEARD
 from tests.proof.narration import shown
 from tests.proof.outcome import opened
 from tests.proof.seal import sealed
 from tests.proof.study import Entry, answered, append, keep, kept, worked
-from tests.proof.tables import between_marks, report, shortest
+from tests.proof.tables import between_marks, report
 from tests.proof.trial import STRATA, Key, drawn, plan
 
 NAMED, UNNAMED = (frozenset(kind.id for kind in kinds) for kinds in (LIBRARY, UNHEARD))

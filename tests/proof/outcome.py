@@ -47,6 +47,11 @@ class Outcome:
     reply: dict[str, Any]
 
     @property
+    def seed(self) -> int:
+        """Return the seed it was drawn from."""
+        return int(self.trial.partition("/")[0])
+
+    @property
     def failed(self) -> bool:
         """Return whether the tool broke instead of answering."""
         return not self.said

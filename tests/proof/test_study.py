@@ -13,9 +13,10 @@ import pytest
 
 from tests.proof.__main__ import LONG, README, REPLY, arguments, main, selected
 from tests.proof.ask import exact_twins, limited
+from tests.proof.in_short import shortest
 from tests.proof.outcome import opened
 from tests.proof.study import answered, keep, kept
-from tests.proof.tables import between_marks, report, shortest
+from tests.proof.tables import between_marks, report
 
 
 @pytest.fixture(scope="module")

@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import pytest
 
+from tests.proof.in_short import short
 from tests.proof.narration import shown
 from tests.proof.outcome import opened
 from tests.proof.seal import Sealed
-from tests.proof.tables import between_marks, by_effect, by_z, failures, report, short, weak
+from tests.proof.tables import between_marks, by_effect, by_z, failures, report, weak
 from tests.proof.tally import Share, brier, confusion, reliability
 from tests.proof.tally import intervals as held
 
@@ -54,6 +55,16 @@ UNHEARD = entry("outside", ["echo"], verdict="unexplained", stage="G2")
 FOOLED = entry("outside", ["echo"], ("hum", "sense", 0.8, []), stage="sense", number=1)
 PAIR = entry("pair", ["saturation", "hum"], ("saturation", "F", 0.9, []), verdict="partly_explained", stage="F")
 ALL = [opened(e) for e in (RIGHT, SWAPPED, QUIET, ALARM, UNHEARD, FOOLED, PAIR)]
+
+
+
+def test_the_newest_answers_are_counted_beside_all_of_them():
+    newer = replace(ALL[0], trial="204/single/saturation/0")
+    lines = short([*ALL, newer], {}).splitlines()
+    (right,) = (line for line in lines if line.startswith("| one effect: right name first"))
+    assert right.endswith("| 90 % | 2 of 3 (67 %) | 1 of 1 (100 %) |")
+    assert "| what | asked | measured | seeds from 200 on |" in lines
+    assert "seeds from" not in short(ALL, {}) + short([newer], {})  # of one age there is one column
 
 
 def test_a_truth_that_was_changed_after_sealing_is_refused():
