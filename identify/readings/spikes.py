@@ -20,6 +20,7 @@ from identify.stage import Parameter
 from identify.trace import Array, Mask
 
 ALONE = 1.0  # sd that spikes may be smaller than the threshold: else they are the tail of something else
+OFTEN = 0.1  # of all readings, that spikes are at most, those beneath the threshold too: a reading has others beside it
 LEANT = 0.076  # sd by which a Gaussian reading far off draws the median of the 17 it is among along, by simulation
 
 
@@ -53,7 +54,7 @@ def spikes(seen: FarOut | None, proof: Sequence[Outliers]) -> tuple[tuple[Spikes
     kept = _above_tail(seen.sizes_v / seen.sd_v, seen.threshold)
     sizes, noise = (each[kept] / seen.sd_v for each in (seen.sizes_v, seen.noise_v))
     seen_of, size, size_sd = _fitted(sizes, noise, seen.threshold)
-    if size < seen.threshold - ALONE:
+    if size < seen.threshold - ALONE or seen_of > OFTEN * seen.count:
         return (), float("inf")
     expected = sizes.size / seen.count
     if contradicted(proof, seen.threshold, expected):

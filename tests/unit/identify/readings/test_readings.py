@@ -31,7 +31,7 @@ from identify.readings.coloured_noise import (
 from identify.readings.grid import COARSE, adc_steps
 from identify.readings.mend import answer, mended
 from identify.readings.missing_samples import MissingSamples, loss_in, with_gap
-from identify.readings.outliers import far_out, outliers
+from identify.readings.outliers import FarOut, far_out, outliers
 from identify.readings.spectra import lines_of, power_of, spectra
 from identify.readings.spikes import Spikes, spikes
 from identify.readings.stray import StrayReadings, stray
@@ -318,6 +318,17 @@ def test_spikes_that_are_in_the_repeats_wait_for_nothing_once_they_are_left_out(
     found = read(model, train, test, lambda data: prepared(model, data), Look())
     assert found.before.misfit < 0.0
     assert [blemish.id for blemish in found.found] == ["spikes"]
+
+
+def test_the_tail_of_a_louder_noise_is_no_spike_of_every_fifth_reading():
+    """Most of such spikes would lie where nothing is seen of them: a scatter in time was told as one a reading."""
+    seen = outliers(recording(), np.zeros(recording().size))
+    far, out = np.zeros(recording().size), 563 * np.arange(25) + 3
+    far[out] = 4.5 + np.random.default_rng(1).exponential(0.3, out.size)  # of noise three times as loud as elsewhere
+    tail = FarOut([replace(seen, off_v=3.0 * 0.02 * far, far=far, sd_v=0.02)], 4.5, [out], far.size, 1e-12)
+    assert spikes(tail, []) == ((), float("inf"))
+    (found,), _ = spikes(replace(tail, runs=[replace(tail.runs[0], off_v=0.04 * far, far=2.0 * far)]), [])
+    assert found.values["rate"].value < 0.01 * recording().rate_hz
 
 
 def test_what_every_repeat_shows_is_no_spike():
