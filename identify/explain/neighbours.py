@@ -5,6 +5,8 @@ fall between samples. The curvature at one of them says nothing of the others. S
 pushed several standard deviations aside, all others following, and fitted once more from there.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from identify.candidates import evidence_starts
@@ -52,9 +54,14 @@ def _other_forms(bench: Bench, best: Hypothesis) -> tuple[Fit, ...]:
     One number more that the data do not ask for may be there all the same: a resistor in line with a diode.
     """
     begun = [bench.reformed(best, effect, form, SPRINT) for effect in best.effects for form in effect.fuller()]
-    near = [h for h in begun if h.chi2 < best.chi2 + HOPEFUL * best.swell]
-    found = [h if h.fit.converged else bench.fitted(h.fit.chain, h.effects) for h in near]
+    found = _continued(bench, best, begun)
     return tuple(h.fit for h in found if h.chi2 < best.chi2 + WITHIN * best.swell)
+
+
+def _continued(bench: Bench, best: Hypothesis, begun: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Return fits that were begun brought to their end, without those that stay far from the best."""
+    near = [h for h in begun if h.chi2 < best.chi2 + HOPEFUL * best.swell]
+    return [h if h.fit.converged else bench.fitted(h.fit.chain, h.effects) for h in near]
 
 
 def resettled(bench: Bench, hypothesis: Hypothesis) -> Hypothesis:
@@ -76,15 +83,10 @@ def resettled(bench: Bench, hypothesis: Hypothesis) -> Hypothesis:
 
 
 def _leapt(bench: Bench, best: Hypothesis) -> Hypothesis:
-    """Return the best fit from values of the effects to which no slope leads, the hypothesis itself without any.
-
-    One that stays far from it is not continued.
-    """
+    """Return the best fit from values of the effects to which no slope leads, the hypothesis itself without any."""
     leaps = [leap for effect in best.effects for leap in effect.leaps(best.fit.chain, bench.observations)]
-    first = [bench.fitted(leap, best.effects, SPRINT) for leap in leaps]
-    near = [h for h in first if h.chi2 < best.chi2 + HOPEFUL * best.swell]
-    found = [h if h.fit.converged else bench.fitted(h.fit.chain, h.effects) for h in near]
-    return min(found, key=lambda h: h.chi2, default=best)
+    begun = [bench.fitted(leap, best.effects, SPRINT) for leap in leaps]
+    return min(_continued(bench, best, begun), key=lambda h: h.chi2, default=best)
 
 
 def _compared_again(bench: Bench, best: Hypothesis) -> Hypothesis:

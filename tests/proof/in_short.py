@@ -127,6 +127,7 @@ def _head(outcomes: Sequence[Outcome]) -> str:
 
 
 def row(cells: Sequence[str]) -> str:
+    """Return a line of a table."""
     return f"| {' | '.join(cells)} |"
 
 

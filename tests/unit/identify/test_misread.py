@@ -54,5 +54,5 @@ def test_what_is_read_rightly_is_not_told_as_misread(runs: list[Trace]) -> None:
 
 def test_readings_that_are_mostly_noise_say_nothing_of_how_they_were_read(runs: list[Trace]) -> None:
     noise = np.random.default_rng(3)
-    louder = [replace(run, u=run.y, y=run.u + noise.normal(0.0, 20.0, run.size)) for run in runs]
+    louder = [replace(run, u=run.y + noise.normal(0.0, 20.0, run.size), y=run.u) for run in runs]
     assert told(louder) == ()

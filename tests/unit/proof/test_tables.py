@@ -57,7 +57,6 @@ PAIR = entry("pair", ["saturation", "hum"], ("saturation", "F", 0.9, []), verdic
 ALL = [opened(e) for e in (RIGHT, SWAPPED, QUIET, ALARM, UNHEARD, FOOLED, PAIR)]
 
 
-
 def test_the_newest_answers_are_counted_beside_all_of_them():
     newer = replace(ALL[0], trial="204/single/saturation/0")
     lines = short([*ALL, newer], {}).splitlines()
