@@ -37,11 +37,13 @@ os.environ[calibration.FOLDER_VARIABLE] = os.path.join(os.environ[FOLDER_VARIABL
 OF_DEVICES = ("wire", "contract", "hardware", "test_pytest_plugin.py")
 USUAL, FIRST = os.getpriority(os.PRIO_PROCESS, 0), -10  # niceness of tests, and of those of devices with all they start
 WHOLE = (
-    "test_answers.py", "test_begun_anew.py", "test_carried.py", "test_coarse.py", "test_corners.py", "test_excerpts.py",
-    "test_finding.py", "test_follow_up.py", "test_innovations.py", "test_knowing.py", "test_locate.py", "test_mains.py",
-    "test_moments.py", "test_narrow.py", "test_odds.py", "test_places.py", "test_profile.py", "test_prove.py",
-    "test_readings.py", "test_scattered.py", "test_second_look.py", "test_second_place.py", "test_select.py",
-    "test_side_by_side.py", "test_stored.py", "test_surest.py", "test_uneven_noise.py", "test_wander.py",
+    "test_answers.py", "test_begun_anew.py", "test_carried.py", "test_coarse.py", "test_compare.py", "test_corners.py",
+    "test_exchange.py", "test_excerpts.py", "test_finding.py", "test_follow_up.py", "test_held.py", "test_in_front.py",
+    "test_innovations.py", "test_knowing.py", "test_locate.py", "test_mains.py", "test_misread.py", "test_moments.py",
+    "test_narrow.py", "test_odds.py", "test_out_of_step.py", "test_places.py", "test_profile.py", "test_prove.py",
+    "test_reach.py", "test_readings.py", "test_rig_file.py", "test_scattered.py", "test_second_look.py",
+    "test_second_place.py", "test_select.py", "test_side_by_side.py", "test_stored.py", "test_surest.py",
+    "test_uneven_noise.py", "test_unvisited.py", "test_wander.py",
 )  # fmt: skip
 LONG = (
     "architecture", "proof", "benchmarks", "peers", "flow/test_batch.py", "test_bend.py", "test_cable.py",

@@ -40,6 +40,7 @@ ENOUGH = {  # what tells all of it, where less than what is played to the others
     "backlash": (WALK, TONE),
     "self_heating, G1": (WALK, TONE),
     "adc_clipping": (WALK, TONE),
+    "adc_averaging": (WALK, TONE),
     "extra_pole, G1": (WALK, sine("sine_31hz_8v", 31.25, 8.0, 5, 4)),
 }
 KEPT_BACK = multisine("multisine", 5.6, 1), staircase("staircase_other", HELD_OUT_LEVELS_V, 0.05)

@@ -14,7 +14,7 @@ from drivers.converter import Codes
 from drivers.framing import Frame, FrameReader, encode
 from drivers.serial_messages import Condition, Kind, Status, named, pack_codes, pack_range, unpack_codes
 
-PATIENCE_S = 10.0
+PATIENCE_S = 30.0  # other tests may have the processors meanwhile
 AGAIN_S = 0.5
 
 

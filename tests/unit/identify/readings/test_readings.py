@@ -399,7 +399,7 @@ def test_lost_readings_beside_physics_are_told_once_that_is_known():
     """36,000 standard deviations of lost readings hide 15,000 of a coupling capacitor, and that hides them."""
     trial = drawn(Key(101, "pair", "pair", 1, (1e3, 5e4)), known_effects())
     train, test = parted(record(trial))
-    few = [trace for trace in train if trace.name in ("staircase", "sine_medium", "staircase_again")]
+    few = [trace for trace in train if trace.name in ("staircase", "sine_medium")]
     told = explain(model_of(trial.nominal), few, test[:1])
     assert (told.verdict, {f.id for f in told.effects}) == ("explained", {"input_ac_coupling", "missing_samples"})
 
