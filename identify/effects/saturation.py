@@ -26,7 +26,10 @@ class Saturation(Limit):
     id = "saturation"
     title = "supply rails"
     equation = "w' = min(max(w, lower), upper)"
-    sentence = "An amplifier in F runs into its supply rails: the level of w stops at {}."
+    sentence = (
+        "An amplifier in F, or the one that drives it, runs into its supply rails (the data are the same): the level "
+        "of w stops at {}."
+    )
     axis = "level of w"
     fingerprint = "flat at a fixed w, at any frequency"
     places = (Place.F,)

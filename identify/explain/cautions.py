@@ -10,11 +10,14 @@ from identify.explain.confirm import CONVINCING, adapted, would_tell
 from identify.explain.hypothesis import Hypothesis
 from identify.explain.misread import told_misread
 from identify.explain.out_of_step import told_early
+from identify.explain.phrases import listed
 from identify.explain.rivals import ordinary
 from identify.held import told_held
 from identify.holdout import Split
 from identify.model import Model
 from identify.natural_units import shown
+
+MANY = 3  # laws together: of all sealed trials only one law of no catalogue was told as so many
 
 
 def cautions(
@@ -36,6 +39,10 @@ def cautions(
         if ordinary(bench, better, effect):
             yield (f"{effect.id} at {effect.place.label} has values with which much that is in no catalogue does the "
                    "same: it may be that as well")  # fmt: skip
+    if len(better.effects) >= MANY:
+        named = listed([e.id for e in better.effects])
+        yield (f"{len(better.effects)} laws are named together, {named}: one that is in no catalogue may look like all "
+               "of them; change one of them on the rig and see that the others stay")  # fmt: skip
     yield from _within_doubt(better, data)
     if not plain.fit.converged:
         yield f"the plain fit did not converge: {plain.fit.sentence}"

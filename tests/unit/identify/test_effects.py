@@ -22,6 +22,7 @@ from identify.model import LinearF, Model, Physics, Rational
 from identify.stage import Block, Grid, Place, Ramp
 from identify.trace import Trace
 from tests.proof.cases import Concealed
+from tests.proof.integrator import play
 from tests.proof.physics import Scene, diode_clamp
 from tests.proof.rigs import LINEAR, ONE_SLOPE, OP_AMP, RC, SKEWED
 from tests.proof.stimuli import FIG13_LEVELS_V, sine, staircase
@@ -259,6 +260,21 @@ W = np.linspace(-30.0, 30.0, 601)
 def test_a_rail_stops_its_own_side_only(form, values, low, high):
     expected = np.clip(W, -7.0 if form == "lower" else low, high)
     assert np.array_equal(law(Saturation(Place.F, form), values, W), expected)
+
+
+def test_rails_in_front_of_the_gap_give_the_data_of_rails_behind_it():
+    """So says the sentence of them: of a v that stops where the border of that side has its rail w stops there, too."""
+    rig, low, high = SKEWED, -7.0, 9.0
+    v = np.linspace(1.0, 8.0, 20000) * np.sin(np.linspace(0.0, 60.0, 20000)) + np.sin(np.linspace(0.0, 400.0, 20000))
+    rails = rig.d_u_v + low / rig.s_u, rig.d_l_v + high / rig.s_l
+
+    def played(v):
+        return play(rig.s_l * (v - rig.d_l_v), rig.s_u * (v - rig.d_u_v), 0.0, 1.0, 0.0)
+
+    behind = np.clip(played(v), low, high)
+    assert (behind.min(), behind.max()) == (low, high)
+    assert np.abs(played(np.clip(v, *rails)) - behind).max() < 1e-9
+    assert np.abs(played(v) - behind).max() > 1.0
 
 
 def test_tanh_is_one_sided_when_its_form_is():
