@@ -134,9 +134,11 @@ def row(cells: Sequence[str]) -> str:
 def _odds(outcomes: Sequence[Outcome]) -> Rows:
     """Return how true the stated probabilities are."""
     claims = [claim for o in outcomes for claim in o.claims()]
-    off = [abs(tenth.said - tenth.true.ratio) for tenth in reliability(claims)]
+    off = [(abs(tenth.said - tenth.true.ratio), tenth) for tenth in reliability(claims)]
+    gap, worst = max(off, key=lambda pair: pair[0], default=(0.0, None))
+    there = f" ({worst.true.count} of {worst.true.total} said {worst.said:.2f})" if worst else ""
     return [
-        ("stated probabilities: largest gap to the truth in a filled tenth", "0.1", f"{max(off, default=0.0):.2f}"),
+        ("stated probabilities: largest gap to the truth in a filled tenth", "0.1", f"{gap:.2f}{there}"),
         ("Brier score of the stated probabilities", "", f"{brier(claims):.3f} ({len(claims)} claims)"),
     ]
 
