@@ -149,7 +149,8 @@ def doubted(bench: Bench, found: Located) -> Located:
     if not found.significant or is_fine(found.best):
         return found
     doubt = _doubt(bench, found)
-    if doubt and (others := _others(bench, found)).fitted != found.fitted:
+    others = _others(bench, found) if doubt else found
+    if [id(h) for _, h in others.fitted] != [id(h) for _, h in found.fitted]:  # arrays have no one answer to ==
         found, doubt = others, _doubt(bench, others)
     return _ordered(replace(found, doubt=doubt))
 

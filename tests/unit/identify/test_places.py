@@ -121,6 +121,15 @@ def test_a_law_that_nobody_listed_is_located_on_what_it_goes_with(law: str) -> N
     assert told.places[place] > 0.3
 
 
+def test_fits_that_came_out_the_same_once_more_are_compared(monkeypatch: pytest.MonkeyPatch) -> None:
+    told, asked = planted("giving_contact"), []
+    again = replace(told, fitted=tuple((law, replace(fitted)) for law, fitted in told.fitted))
+    monkeypatch.setattr("identify.explain.locate._others", lambda *_: again)
+    monkeypatch.setattr("identify.explain.locate._doubt", lambda _, found: asked.append(found) or 1.0)
+    assert doubted(None, told).doubt == 1.0  # type: ignore[arg-type]  # nothing is asked of the bench
+    assert [id(one) for one in asked] == [id(told), id(again)]
+
+
 def test_one_lag_is_one_again_beside_the_plain_values_that_the_law_leaves() -> None:
     """These stand in for a contact that gives way, and first order does not lead back from there."""
     told = planted("giving_contact")
