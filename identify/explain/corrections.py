@@ -20,6 +20,7 @@ from identify.trace import Array
 from identify.unnamed.contact import AfterContact, AfterEither, AfterImpact, Giving, Kicking, Sticking
 from identify.unnamed.correction import UNNAMED, Correction
 from identify.unnamed.crossings import Pulse
+from identify.unnamed.drawn import Drawn
 from identify.unnamed.hysteresis import Hysteresis, Relays
 from identify.unnamed.linear import Bypass, Filter, OneWay, SlowFilter
 from identify.unnamed.lines import Flutter, GapRipple, Line, Ripple
@@ -108,6 +109,9 @@ def _linear(evidence: Evidence, name: str) -> Iterator[Correction]:
     yield from (Filter(place, fast, name) for place in (Place.G1, Place.G2))
     yield from (OneWay(place, fast[1::2], name) for place in OneWay.places)
     yield from (SlowFilter(place, slow, name) for place in (Place.SOURCE, Place.SENSE))
+    for place in Drawn.places:
+        knots, taus = level_knots(evidence, place, KNOTS), time_constants(evidence.chain, place)
+        yield from (Drawn(place, knots, name, float(tau)) for tau in taus if tau > evidence.sample_s)
     yield Bypass(Place.SENSE, (0.0, *fast[1::2]), name)
     line = line_hz(evidence)
     yield Line(Place.SENSE, (line,), name)

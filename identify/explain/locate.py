@@ -53,7 +53,7 @@ class Located:
     prices: tuple[float, ...] = ()
     promised: Mapping[Place, float] = field(default_factory=dict)
     ruled_out: tuple[Place, ...] = ()
-    doubt: float = 0.0
+    doubt: float | None = None
 
     @property
     def significant(self) -> bool:
@@ -80,8 +80,9 @@ class Located:
     def places(self) -> dict[Place, float]:
         """Return the posterior probability of every place that was fitted, the likeliest first."""
         worth = scores(self.base, [h for _, h in self.fitted], self.prices)
-        least = min(h.misfit for _, h in self.fitted)
-        left = [h.misfit - least + max(least, KNOWN / h.count) for _, h in self.fitted]
+        best = min((h for _, h in self.fitted), key=lambda h: h.chi2)
+        none = self.doubt == 0.0 and not best.proven  # what is left is noise, which may be more than was measured
+        left = [h.misfit - best.misfit + max(0.0 if none else best.misfit, KNOWN / h.count) for _, h in self.fitted]
         found: dict[Place, float] = {}
         for (correction, h), score, misfit in zip(self.fitted, worth, left, strict=True):
             odds = max(exp(max(TEMPER * (score - max(worth)), -700.0)), (min(left) / misfit) ** LAWLESS)

@@ -13,6 +13,7 @@ from identify.observe import Observation
 from identify.stage import Place
 from identify.trace import Array
 from identify.unnamed.correction import Correction
+from identify.unnamed.drawn import Drawn
 from identify.unnamed.linear import Filter
 from identify.unnamed.maps import LEVELS, BrokenMap, LevelMap, spline
 from identify.unnamed.memory import BorderMap
@@ -61,7 +62,7 @@ def shape_of(correction: Correction, fit: Fit, observations: Sequence[Observatio
         return None
     if isinstance(correction, BrokenMap):
         return _of_corners(correction, fit, observations)
-    if isinstance(correction, LevelMap | BorderMap):
+    if isinstance(correction, LevelMap | BorderMap | Drawn):
         return _of_levels(correction, fit, observations)
     at = np.linspace(correction.knots[0], correction.knots[-1], POINTS)
     rows = np.array([np.interp(at, correction.knots, one) for one in np.eye(len(correction.knots))]).T

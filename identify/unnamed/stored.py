@@ -15,6 +15,7 @@ from identify.stage import Place
 from identify.unnamed.contact import AfterContact, AfterEither, AfterImpact, Giving, Kicking, Sticking
 from identify.unnamed.correction import UNNAMED, Correction
 from identify.unnamed.crossings import Pulse
+from identify.unnamed.drawn import Drawn
 from identify.unnamed.hysteresis import Hysteresis, Relays
 from identify.unnamed.linear import Bypass, Filter, OneWay, SlowFilter
 from identify.unnamed.lines import Flutter, GapRipple, Line, Ripple, Wave
@@ -49,7 +50,7 @@ EVERY: tuple[type[Correction], ...] = (
     Kicking, AfterContact, AfterEither, AfterImpact, Plateau, *FARTHEST, *SINCE, OffsetOverClock,
     OffsetSteps, OffsetInRun, Moments, GainOverClock, GainSteps, GainInRun, GapOverClock, GapSteps, GapInRun,
     LeadOverClock, LeadSteps, LeadInRun, Ageing, *SUDDEN, GainSince, SuddenDynamics, Line, Wave,
-    Ripple, Flutter, GapRipple, *AFTER, Swiftness,
+    Ripple, Flutter, GapRipple, *AFTER, Swiftness, Drawn,
 )  # fmt: skip
 KINDS = {kind.form: kind for kind in EVERY}
 
@@ -94,7 +95,10 @@ def correction_of(piece: Physics) -> Correction:
         raise ValueError(f"{piece.id}: its knots {AT}1, {AT}2 ... must rise")
     if kind.even and max(np.diff(knots)) > (1.0 + UNEVEN) * min(np.diff(knots)):
         raise ValueError(f"{piece.id} ({kind.form}): its knots {AT}1, {AT}2 ... must be evenly spaced")
-    return kind(place, knots, piece.id)
+    for name, unit in kind.constants:
+        if not piece.values.get(name, 0.0) > 0.0:
+            raise ValueError(f"{piece.id} ({kind.form}) needs {name}, in {unit}, above zero")
+    return kind(place, knots, piece.id, **{name: piece.values[name] for name, _ in kind.constants})
 
 
 def with_unnamed(chain: Chain, piece: Physics) -> Chain:
@@ -112,14 +116,15 @@ def with_unnamed(chain: Chain, piece: Physics) -> Chain:
 
 
 def knot_units(correction: Correction) -> dict[str, str]:
-    """Return the names and the unit of the knots."""
-    return {f"{AT}{i}": correction.knot_unit for i in range(1, len(correction.knots) + 1)}
+    """Return the names and the units of the knots, and of what else is given and not fitted."""
+    return {f"{AT}{i}": correction.knot_unit for i in range(1, len(correction.knots) + 1)} | dict(correction.constants)
 
 
 def piece_of(correction: Correction, chain: Chain) -> Physics:
     """Return a correction as a model keeps it, with the values it has in ``chain``."""
     own = {p.name for p in correction.parameters()}
-    knots = dict(zip(knot_units(correction), correction.knots, strict=True))
+    constants = [float(getattr(correction, name)) for name, _ in correction.constants]
+    knots = dict(zip(knot_units(correction), (*correction.knots, *constants), strict=True))
     weights = {
         name.removeprefix(f"{correction.name}."): value
         for name, value in chain.values.items() if name.partition("[")[0] in own
