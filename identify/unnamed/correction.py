@@ -33,7 +33,7 @@ class Correction(Stage):
     knot_unit: ClassVar[str]
     weights: ClassVar[tuple[tuple[str, str], ...]] = (("add", "V"),)  # what belongs to every knot, and its unit
     places: ClassVar[tuple[Place, ...]]
-    constants: ClassVar[tuple[tuple[str, str], ...]] = ()  # fields beside the knots that are not fitted, and their units
+    constants: ClassVar[tuple[tuple[str, str], ...]] = ()  # fields beside the knots that are not fitted; their units
     local: ClassVar[bool] = False  # whether every run has weights of its own
     curved: ClassVar[bool] = True  # whether weights against knots draw its shape
     least: ClassVar[int] = 2  # knots

@@ -446,6 +446,16 @@ def _touched(rng: Rng, reach: Reach) -> Scaled:
     return lambda strength: {"share": strength, "tau": tau, "moment": moment}
 
 
+def _varistor(before: bool) -> Draw:
+    """Return the draw of one across the capacitor of the slowest pole of G1, or of G2."""
+    def draw(rng: Rng, reach: Reach) -> Scaled:
+        den, top = (reach.rig.g1_den, reach.v_v) if before else (reach.rig.g2_den, reach.high_w_v)
+        tau = 1.0 / float(np.min(np.abs(np.roots(den))))
+        return lambda strength: {"k": 0.5 * strength, "top": top, "tau": tau}
+
+    return draw
+
+
 def _dent(rng: Rng, reach: Reach) -> Scaled:
     level, up = float(rng.uniform(-0.5, 0.5)) * reach.high_w_v, sign(rng)
     width = float(rng.uniform(0.05, 0.25)) * reach.high_w_v
@@ -498,6 +508,8 @@ UNHEARD: tuple[Kind, ...] = (
     Kind("drifting_pole", "G2", "drifting_pole in G2", _drifting),
     Kind("touched_part", "G1", "touched_part in G1", _touched),
     Kind("touched_part", "G2", "touched_part in G2", _touched),
+    Kind("varistor", "G1", "varistor in G1", _varistor(before=True)),
+    Kind("varistor", "G2", "varistor in G2", _varistor(before=False)),
     Kind("plastic_gap", "F", "plastic_gap", _one("k", lambda r: 0.5 / r.v_v)),
     Kind("sawtooth", "G1", "sawtooth", _sawtooth),
     Kind("remembering_gap", "F", "remembering_gap", _one("k", lambda r: 0.5 / r.v_v)),

@@ -244,6 +244,30 @@ def touched_part(signal: Array, scene: Scene) -> Array:
     return signal + scene.values["share"] * after * (lag(signal, scene.values["tau"], scene) - signal)
 
 
+def varistor(signal: Array, scene: Scene) -> Array:
+    """Load the capacitor of a filter by a varistor: tau ds/dt = s_0 - s - k s (s / top)^4, k its share at ``top`` [V].
+    """
+    values = scene.values
+    return np.asarray(_loaded(signal, values["k"], values["top"], scene.grid.step_s / values["tau"]))
+
+
+@njit(cache=True)
+def _loaded(signal, k, top, steps):  # type: ignore[no-untyped-def]  # compiled
+    """Return what is left of a filter's answer: what it lacks follows -k s (s / top)^4 through tau, by Heun's method.
+    """
+    out = np.empty(signal.size)
+    less, before = 0.0, 0.0
+    for n in range(signal.size):
+        level = before + less
+        one = -steps * (less + k * level * (level / top) ** 4)
+        level = signal[n] + less + one
+        two = -steps * (less + one + k * level * (level / top) ** 4)
+        less += 0.5 * (one + two)
+        before = signal[n]
+        out[n] = before + less
+    return out
+
+
 def remembering_gap(v: Array, scene: Scene) -> Array:
     """Let both crossings grow by k [1/V] of how far v went before it turned last."""
     rig = scene.rig
@@ -464,6 +488,8 @@ OUTSIDE: dict[str, tuple[Place, Change]] = {
     "drifting_pole in G2": ("x", drifting_pole),
     "touched_part in G1": ("v", touched_part),
     "touched_part in G2": ("x", touched_part),
+    "varistor in G1": ("v", varistor),
+    "varistor in G2": ("x", varistor),
     "plastic_gap": ("play", plastic_gap),
     "sawtooth": ("v", sawtooth),
     "remembering_gap": ("play", remembering_gap),

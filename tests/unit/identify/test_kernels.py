@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.signal import lsim
 from scipy.special import wrightomega
 
-from identify import altered_kernels, charging, contact_kernels, diode, kernels
+from identify import altered_kernels, charging, contact_kernels, diode, kernels, loading
 from identify.discretise import Stepper
 from identify.following import slewed, slewed_softly
 from identify.readings.missing_samples import _gains, _latest
@@ -180,6 +180,32 @@ def test_a_capacitor_that_would_vanish_keeps_a_tenth_and_its_charge_goes_on_even
     charging.charged(0.1, 0.3, 5.0, (0.0, 0.0), signal, out)
     assert np.all(np.diff(out) > 0.0)
     assert np.all(np.isfinite(out))
+
+
+CUBES = np.array([[-1.0, 3.0, -3.0, 1.0], [0.0, 0.0, 0.0, 1.0], [1.0, 3.0, 0.0, 0.0]])  # s^3 from -1 to 1 V
+
+
+@pytest.mark.parametrize(("share", "tau"), [(0.7, 12.0), (60.0, 12.0), (-0.4, 30.0)])
+def test_a_current_over_the_level_is_the_differential_equation_of_the_filter_it_loads(share: float, tau: float) -> None:
+    """A varistor across the capacitor of a low-pass that is driven by a sine: the level is what Kirchhoff leaves it."""
+    at, rate = np.arange(400.0), 0.05
+    turned = 1.0 + (rate * tau) ** 2
+    whole = (np.sin(rate * at) - rate * tau * (np.cos(rate * at) - np.exp(-at / tau))) / turned  # without the varistor
+    out = np.empty(at.size)
+    loading.loaded(-1.0, 1.0, share * CUBES, tau, (0.0, 0.0), whole, out)
+
+    def slope(t, s):
+        return (np.sin(rate * t) - s - share * s**3) / tau
+
+    exact = solve_ivp(slope, (0.0, at[-1]), [0.0], t_eval=at, rtol=1e-10, atol=1e-12).y[0]
+    assert np.max(np.abs(exact - whole)) > 0.05
+    assert np.max(np.abs(out - exact)) < 2e-3 * np.max(np.abs(exact - whole))
+
+
+def test_beyond_its_last_knots_a_current_stays_as_it_is_there():
+    out = np.empty(2000)
+    loading.loaded(-1.0, 1.0, 0.5 * CUBES, 20.0, (0.0, 0.0), np.full(2000, -5.0), out)
+    assert out[-1] == pytest.approx(-4.5)  # else -5 V would be left with 0.5 s^3 = -5 - s, at -1.8 V
 
 
 def test_what_goes_on_after_impact_goes_with_how_fast_contact_was_made():

@@ -213,6 +213,10 @@ WRONG = {
     "no knots": (Physics("unnamed", {"add1": 1.0}, "F"), "needs knots at1, at2"),
     "falling": (Physics("unnamed", {"at1": 1.0, "at2": 0.0, "at3": 2.0, "at4": 3.0}, "F"), "must rise"),
     "uneven": (Physics("unnamed", {"at1": 0.0, "at2": 1.0, "at3": 2.0, "at4": 4.0}, "F"), "evenly spaced"),
+    "no time constant": (
+        Physics("unnamed", {"at1": 0.0, "at2": 1.0, "at3": 2.0, "at4": 3.0}, "G1", "current over the level"),
+        "needs tau, in s, above zero",
+    ),
     "stage": (Physics("unnamed", {"at1": 1.0}, "F", "line"), "not at F; stages: sense, G1"),
     "value": (Physics("unnamed", {"at1": 1.0, "pass7": 1.0}, "sense", "path past the circuit"), "no value 'pass7'"),
 }
