@@ -50,6 +50,24 @@ def held_play(lower: Array, upper: Array, hold: Any, state: Any, out: Array) -> 
 
 
 @njit(error_model="numpy", cache=True)
+def creeping_play(
+    lower: Array, upper: Array, first: float, step: float, moves: Array, w: float, out: Array
+) -> float:  # fmt: skip
+    """Run a play between given borders whose level creeps at every instant before they act, return where it ends.
+
+    By ``moves``, V an instant, at levels ``first + i step``: straight between them, beyond as at the last.
+    """
+    last = moves.size - 1
+    for j in range(lower.size):
+        at = min(max((w - first) / step, 0.0), float(last))
+        i = min(int(at), last - 1)
+        w += moves[i] + (at - i) * (moves[i + 1] - moves[i])
+        w = min(max(w, lower[j]), upper[j])
+        out[j] = w
+    return float(w)
+
+
+@njit(error_model="numpy", cache=True)
 def conducting_play(
     lower: Array, upper: Array, volts: Any, steps: float, hold: Any, state: Any, out: Array
 ) -> tuple[float, float, float, float]:

@@ -158,8 +158,9 @@ def _timed(evidence: Evidence, name: str) -> Iterator[Correction]:
 
 
 def sharpened(evidence: Evidence, correction: Correction) -> list[Correction]:
-    """Return a map of the level, a current over it, or what comes anew in every run, with more knots, a hysteresis of
-    more gaps, a drift of the gain of the reading with more knots, both borders alike over the rate; else nothing.
+    """Return a map of the level, a current or a creep over it, or what comes anew in every run, with more knots, a
+    hysteresis of more gaps, a drift of the gain of the reading with more knots, both borders alike over the rate; else
+    nothing.
 
     More knots of an offset by the clock, or of a gain in front of F, would follow whatever wanders or changes.
     """
@@ -176,9 +177,10 @@ def sharpened(evidence: Evidence, correction: Correction) -> list[Correction]:
     if correction.form == Hysteresis.form:
         ends = correction.knots[0], correction.knots[len(correction.knots) // 3], correction.knots[-1]
         return [replace(correction, knots=tuple(np.geomspace(*pair, MORE).tolist())) for pair in pairwise(ends)]
-    if correction.form not in (LevelMap.form, Drawn.form) or correction.place == Place.SOURCE:
+    if correction.form not in (LevelMap.form, Drawn.form, Plateau.form) or correction.place == Place.SOURCE:
         return []
-    return [replace(correction, knots=level_knots(evidence, correction.place, count)) for count in FINER]
+    counts = (KNOTS, *FINER) if correction.form == Plateau.form else FINER
+    return [replace(correction, knots=level_knots(evidence, correction.place, count)) for count in counts]
 
 
 def _mixed(evidence: Evidence, name: str) -> Iterator[Correction]:

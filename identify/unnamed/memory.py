@@ -4,14 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify import kernels
-from identify.blocks import Play, run_play
-from identify.chain import Chain
-from identify.stage import Block, Grid, Place, Run, Values
+from identify import altered_kernels, kernels
+from identify.blocks import run_play
+from identify.stage import Block, Grid, Run, Values
 from identify.trace import Array
-from identify.unnamed.correction import Correction, PlayCorrection
+from identify.unnamed.correction import PlayCorrection
 from identify.unnamed.maps import spline
-from identify.unnamed.turned import REST_V
 
 
 @dataclass(frozen=True)
@@ -75,38 +73,31 @@ class Leak(PlayCorrection):
 
 
 @dataclass(frozen=True)
-class Plateau(Correction):
-    """A flow on plateaus: while the signal rests, it creeps at a rate that depends on its level."""
+class Plateau(PlayCorrection):
+    """A flow on plateaus: while neither border holds w, it creeps at a rate that depends on its level."""
 
     form = "creep on plateaus"
     kind = "a creep on plateaus"
-    equation = "on plateaus ds/dt = c(s), c straight between the knots"
+    equation = "between the borders dw/dt = c(w), c straight between the knots, beyond them as at the last"
     knot_unit = "V"
     weights = (("creep", "V/s"),)
-    places = (Place.F,)
+    even = True
 
     @property
     def axis(self) -> str:
         """Return the coordinate."""
         return "time on a plateau"
 
-    def applicable(self, chain: Chain) -> bool:
-        """Return whether there are plateaus."""
-        return chain.stage_of(Play) is not None
-
-    def summed(self, values: Values, grid: Grid) -> Run:
-        """Return the signal plus what has crept since it last moved."""
-        last, crept = 0.0, 0.0
+    def played(self, borders: Values, values: Values, grid: Grid) -> Run:
+        """Return the operator whose w creeps."""
+        s_l, d_l, s_u, d_u = borders
+        moves = np.array(values) * grid.step_s
+        first, step, w = self.knots[0], self.knots[1] - self.knots[0], 0.0
 
         def run(block: Block) -> Array:
-            nonlocal last, crept
-            moved = np.abs(np.diff(block.signal, prepend=last)) > REST_V
-            creep = np.interp(block.signal, self.knots, values) * grid.step_s
-            total = crept + np.cumsum(np.where(moved, 0.0, creep))
-            since = np.maximum.accumulate(np.where(moved, np.arange(moved.size), -1))
-            base = np.where(since >= 0, total[since], 0.0)
-            out = block.signal + total - base
-            last, crept = float(block.signal[-1]), float(total[-1] - base[-1])
-            return np.asarray(out)
+            nonlocal w
+            lower, upper = s_l * (block.signal - d_l), s_u * (block.signal - d_u)
+            w = altered_kernels.creeping_play(lower, upper, first, step, moves, w, lower)
+            return np.asarray(lower)
 
         return run

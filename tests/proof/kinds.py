@@ -456,6 +456,11 @@ def _varistor(before: bool) -> Draw:
     return draw
 
 
+def _detents(rng: Rng, reach: Reach) -> Scaled:
+    pitch = float(rng.uniform(0.15, 0.4)) * reach.high_w_v
+    return lambda strength: {"pull": 3.0 * pitch * strength, "pitch": pitch}
+
+
 def _dent(rng: Rng, reach: Reach) -> Scaled:
     level, up = float(rng.uniform(-0.5, 0.5)) * reach.high_w_v, sign(rng)
     width = float(rng.uniform(0.05, 0.25)) * reach.high_w_v
@@ -510,6 +515,7 @@ UNHEARD: tuple[Kind, ...] = (
     Kind("touched_part", "G2", "touched_part in G2", _touched),
     Kind("varistor", "G1", "varistor in G1", _varistor(before=True)),
     Kind("varistor", "G2", "varistor in G2", _varistor(before=False)),
+    Kind("detents", "F", "detents", _detents),
     Kind("plastic_gap", "F", "plastic_gap", _one("k", lambda r: 0.5 / r.v_v)),
     Kind("sawtooth", "G1", "sawtooth", _sawtooth),
     Kind("remembering_gap", "F", "remembering_gap", _one("k", lambda r: 0.5 / r.v_v)),

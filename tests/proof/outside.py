@@ -268,6 +268,24 @@ def _loaded(signal, k, top, steps):  # type: ignore[no-untyped-def]  # compiled
     return out
 
 
+def detents(v: Array, scene: Scene) -> Array:
+    """Let w, while no border holds it, be drawn into detents ``pitch`` [V] apart, by ``pull`` [V/s] where it is most.
+    """
+    pull, pitch = scene.values["pull"] * scene.grid.step_s, scene.values["pitch"]
+    return np.asarray(_drawn_in(*borders(v, scene.rig), pull, pitch))
+
+
+@njit(cache=True)
+def _drawn_in(lower, upper, pull, pitch):  # type: ignore[no-untyped-def]  # compiled
+    """Return the level between two borders, drawn on from where it was."""
+    out, w = np.empty(lower.size), 0.0
+    for n in range(lower.size):
+        w -= pull * np.sin(2.0 * np.pi * w / pitch)
+        w = min(max(w, lower[n]), upper[n])
+        out[n] = w
+    return out
+
+
 def remembering_gap(v: Array, scene: Scene) -> Array:
     """Let both crossings grow by k [1/V] of how far v went before it turned last."""
     rig = scene.rig
@@ -490,6 +508,7 @@ OUTSIDE: dict[str, tuple[Place, Change]] = {
     "touched_part in G2": ("x", touched_part),
     "varistor in G1": ("v", varistor),
     "varistor in G2": ("x", varistor),
+    "detents": ("play", detents),
     "plastic_gap": ("play", plastic_gap),
     "sawtooth": ("v", sawtooth),
     "remembering_gap": ("play", remembering_gap),

@@ -144,6 +144,18 @@ def test_a_dielectric_shares_the_charge_that_is_held_and_keeps_none_back():
     assert last == pytest.approx(absorbed, abs=1e-3)
 
 
+def test_a_level_creeps_between_its_borders_as_its_rate_at_it_says():
+    """From 0 V, at 0.1 V an instant there and at none from 4 V on: 4 (1 - exp(-j / 40)); then a border takes it down.
+    """
+    wide, out = np.full(400, 9.0), np.empty(400)
+    upper = np.where(np.arange(400) < 300, 9.0, 1.0)
+    altered_kernels.creeping_play(-wide, upper, 0.0, 4.0, np.array([0.1, 0.0]), 0.0, out)
+    assert out[:300] == pytest.approx(4.0 * (1.0 - (1.0 - 0.1 / 4.0) ** np.arange(1.0, 301.0)))
+    assert np.all(out[300:] == 1.0)
+    altered_kernels.creeping_play(-wide, wide, 0.0, 4.0, np.array([0.1, -0.2]), 6.0, out)
+    assert out[:3] == pytest.approx([5.8, 5.6, 5.4])  # beyond the last level as at it
+
+
 def test_a_level_that_leaks_across_the_gap_runs_to_its_middle_and_follows_it():
     """dw/dt = r (s v - w) between the borders, v running at a constant speed: w ends s speed / r behind s v."""
     r, speed, v = 0.05, 0.002, 0.5 + 0.002 * np.arange(600)

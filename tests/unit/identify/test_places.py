@@ -56,6 +56,7 @@ PLANTED = {  # law -> its values, the stage, the forms that may tell it, the lea
     "touched_part in G2": ({"share": 0.3, "tau": 2e-3, "moment": 1.5}, Place.G2, {"sudden dynamics"}, 0.8),
     "varistor in G1": ({"k": 0.02, "top": 3.0, "tau": 0.02}, Place.G1, {"current over the level"}, 0.9),
     "varistor in G2": ({"k": 0.2, "top": 20.0, "tau": 2e-3}, Place.G2, {"current over the level"}, 0.9),
+    "detents": ({"pull": 2.0, "pitch": 7.0}, Place.F, {"creep on plateaus"}, 0.9),
     "trigger": ({"size": 0.3, "level": 5.0}, Place.F, {"relays"}, 0.99),
     "stick_slip": ({"stuck": 0.3}, Place.F, {"stick and slip"}, 0.7),
     "giving_contact": ({"tau": 1e-3}, Place.F, {"contact that gives way"}, 0.99),
