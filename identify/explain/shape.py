@@ -129,7 +129,8 @@ def _drawn(correction: Correction, fit: Fit, at: Array, rows: Matrix) -> Shape:
         halves.append(SURE * np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", rows, covariance, rows), 0.0)))
     unit = correction.weights[0][1]
     axis = LEVELS[Place.G1] if isinstance(correction, BorderMap) else correction.axis
-    return Shape(axis, correction.knot_unit, "added", unit, at, names, tuple(curves), tuple(halves))
+    what = "drawn" if isinstance(correction, Drawn) else "added"
+    return Shape(axis, correction.knot_unit, what, unit, at, names, tuple(curves), tuple(halves))
 
 
 def _response(correction: Filter, fit: Fit) -> Shape:

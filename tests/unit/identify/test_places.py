@@ -13,6 +13,7 @@ from identify.effects import chain_of
 from identify.explain.bench import Bench
 from identify.explain.entered import entered
 from identify.explain.locate import LIKELY, Located, doubted, entered_at, located
+from identify.explain.shape import shape_of
 from identify.explain.sought import one_again
 from identify.explain.suddenly import WINDOW_S, from_a_run_on, in_breaks, suddenly
 from identify.explain.suspects import suspects
@@ -144,6 +145,16 @@ def test_what_is_left_beside_the_law_is_noise_where_nothing_would_be_found_in_it
     assert replace(found, doubt=0.0).alternatives() == ()
     sure = replace(found, fitted=tuple((c, replace(h, noise_known=0.01)) for c, h in found.fitted))
     assert replace(sure, doubt=0.0).alternatives() == (Place.F,)  # the noise is known better than that
+
+
+def test_the_current_that_a_varistor_draws_is_drawn_over_its_level() -> None:
+    """As planted, 0.02 v (v / 3 V)^4 over the resistance, but for a straight line, which G1 and F make up for."""
+    told = planted("varistor in G1")
+    shape = shape_of(told.best, told.fitted[0][1].fit, told.base.data)
+    assert shape is not None
+    assert (shape.values, shape.value_unit, shape.axis) == ("drawn", "V", "level of v")
+    bent = [c - np.polyval(np.polyfit(shape.at, c, 1), shape.at) for c in (shape.curves[0], shape.at**5 * 0.02 / 81.0)]
+    assert np.max(np.abs(bent[0] - bent[1])) < 0.1 * np.ptp(bent[1])  # most at the ends, which ten knots leave straight
 
 
 def test_one_lag_is_one_again_beside_the_plain_values_that_the_law_leaves() -> None:
