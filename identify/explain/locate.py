@@ -76,13 +76,22 @@ class Located:
         """Return which share of the misfit the best correction explains."""
         return self.fitted[0][1].share(self.base)
 
+    @property
+    def nearest(self) -> Hypothesis:
+        """Return the fit that leaves least."""
+        return min((h for _, h in self.fitted), key=lambda h: h.chi2)
+
+    @property
+    def leaves_noise(self) -> bool:
+        """Return whether nothing would be found in what the nearest leaves, and noise may be as much as that."""
+        return self.doubt == 0.0 and not self.nearest.proven
+
     @cached_property
     def places(self) -> dict[Place, float]:
         """Return the posterior probability of every place that was fitted, the likeliest first."""
         worth = scores(self.base, [h for _, h in self.fitted], self.prices)
-        best = min((h for _, h in self.fitted), key=lambda h: h.chi2)
-        none = self.doubt == 0.0 and not best.proven  # what is left is noise, which may be more than was measured
-        left = [h.misfit - best.misfit + max(0.0 if none else best.misfit, KNOWN / h.count) for _, h in self.fitted]
+        best = self.nearest.misfit
+        left = [h.misfit - best + max(0.0 if self.leaves_noise else best, KNOWN / h.count) for _, h in self.fitted]
         found: dict[Place, float] = {}
         for (correction, h), score, misfit in zip(self.fitted, worth, left, strict=True):
             odds = max(exp(max(TEMPER * (score - max(worth)), -700.0)), (min(left) / misfit) ** LAWLESS)

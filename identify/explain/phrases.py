@@ -40,6 +40,8 @@ def listed(parts: Sequence[str]) -> str:
 
 def described(beyond: Located) -> str:
     """Return what the best correction says."""
-    best, share, at = beyond.best, 100 * min(beyond.share, 1.0), beyond.place.label
+    best, at = beyond.best, beyond.place.label
     at += "" if best.place is beyond.place else f" (as if at {best.place.label}, where it has not come in)"
-    return f"{best.kind} at {at} along {best.axis} accounts for {share:.0f} % of the misfit"
+    whole = beyond.leaves_noise and beyond.fitted[0][1] is beyond.nearest
+    share = "all of the misfit but what may be noise" if whole else f"{100 * min(beyond.share, 1.0):.0f} % of the misfit"
+    return f"{best.kind} at {at} along {best.axis} accounts for {share}"

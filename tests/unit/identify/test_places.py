@@ -13,6 +13,7 @@ from identify.effects import chain_of
 from identify.explain.bench import Bench
 from identify.explain.entered import entered
 from identify.explain.locate import LIKELY, Located, doubted, entered_at, located
+from identify.explain.phrases import described
 from identify.explain.shape import shape_of
 from identify.explain.sought import one_again
 from identify.explain.suddenly import WINDOW_S, from_a_run_on, in_breaks, suddenly
@@ -143,6 +144,8 @@ def test_what_is_left_beside_the_law_is_noise_where_nothing_would_be_found_in_it
     found = replace(told, fitted=((law, right[0]), (other, right[1])), prices=told.prices[:2])
     assert found.alternatives() == replace(found, doubt=30.0).alternatives() == (Place.F,)
     assert replace(found, doubt=0.0).alternatives() == ()
+    assert described(replace(found, doubt=0.0)).endswith(" accounts for all of the misfit but what may be noise")
+    assert described(found).endswith(f" accounts for {100 * found.share:.0f} % of the misfit")
     sure = replace(found, fitted=tuple((c, replace(h, noise_known=0.01)) for c, h in found.fitted))
     assert replace(sure, doubt=0.0).alternatives() == (Place.F,)  # the noise is known better than that
 
