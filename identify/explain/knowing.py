@@ -2,7 +2,8 @@
 
 Noise of the reading does not, nor does what comes in behind F. What wanders while w is held in the gap, and is next to
 gone as soon as a border pushes w, has come in at F, or in front of it where it is so quick that G2 passes none of it
-but what the gap has kept. So has what stays as it is until a border takes w along or lets it go, and is another then.
+but what the gap has kept. So has what is there while one border pushes w and not while the other does, and what stays
+as it is until a border takes w along or lets it go, and is another then.
 Told from what repeats differ by, so that physics that comes back is in none of it.
 """
 
@@ -12,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.blocks import Play
-from identify.chain import Chain
-from identify.explain.contact import age, held_in_gap
+from identify.chain import Chain, signals
+from identify.explain.contact import age, held_in_gap, tap
 from identify.explain.wander import DRIFT_S, MOSTLY, compared, unrepeated
 from identify.observe import Observation
 from identify.stage import Place
@@ -22,6 +23,7 @@ from identify.trace import Array, Mask
 SETTLED_S = 0.02  # after which what has been before has passed G2
 FEW = 20  # windows, below which chance may keep what hangs together out of them
 TENTH = 0.1  # of the power elsewhere: a place that has less has none
+NONE = 0.04  # the same of one border, beside the other: noise that wanders slowly has next to a tenth there by chance
 LAGS = 16  # windows, by which two that are compared are apart at most
 SURE = 5.0  # standard deviations of chance from which there is some
 
@@ -33,12 +35,28 @@ def knows_gap(chain: Chain, observations: Sequence[Observation]) -> bool:
     """
     if chain.stage_of(Play) is None:
         return False
-    windows = [_windows(chain, o) for o in observations]
-    pushed, held = (np.concatenate([each[place] for each in windows], axis=1) for place in (0, 1))
-    if min(pushed.shape[1], held.shape[1]) < FEW:
+    places = [_pushed_and_held(held_in_gap(chain, o), o) for o in observations]
+    return _is_next_to_gone(*_windows(chain, observations, places), TENTH)
+
+
+def knows_border(chain: Chain, observations: Sequence[Observation]) -> bool:
+    """Return whether what hangs together in the differences of repeats is there while one border pushes w alone.
+
+    False where F has no gap, or where repeats are too few.
+    """
+    if chain.stage_of(Play) is None:
         return False
-    least, most = (float(np.mean(power - alone)) for power, alone in (pushed, held))
-    return most > SURE * _chance(held) and max(least, 0.0) + _chance(pushed) < TENTH * most
+    up, down = _windows(chain, observations, [_pushed_up_and_down(chain, o) for o in observations])
+    return _is_next_to_gone(up, down, NONE) or _is_next_to_gone(down, up, NONE)
+
+
+def _is_next_to_gone(here: Array, there: Array, share: float) -> bool:
+    """Return whether what hangs together in some windows, shape (2, windows), is beyond doubt, and next to none here.
+    """
+    if min(here.shape[1], there.shape[1]) < FEW:
+        return False
+    least, most = (float(np.mean(power - alone)) for power, alone in (here, there))
+    return most > SURE * _chance(there) and max(least, 0.0) + _chance(here) < share * most
 
 
 def knows_contact(chain: Chain, observations: Sequence[Observation]) -> bool:
@@ -65,7 +83,7 @@ def knows_contact(chain: Chain, observations: Sequence[Observation]) -> bool:
 def knows_f(chain: Chain, observations: Sequence[Observation]) -> bool:
     """Return whether what hangs together in the differences of repeats knows where F stands, or when it makes contact.
     """
-    return knows_gap(chain, observations) or knows_contact(chain, observations)
+    return any(knows(chain, observations) for knows in (knows_gap, knows_border, knows_contact))
 
 
 def ruled_out(chain: Chain, observations: Sequence[Observation]) -> tuple[Place, ...]:
@@ -74,19 +92,21 @@ def ruled_out(chain: Chain, observations: Sequence[Observation]) -> tuple[Place,
     return (Place.G2, Place.SENSE) if in_front else ()
 
 
-def _windows(chain: Chain, observation: Observation) -> tuple[Array, Array]:
-    """Return the powers of windows of what repeats differ by, V^2, while w is pushed and while it is held.
+def _windows(
+    chain: Chain, observations: Sequence[Observation], places: Sequence[tuple[Mask, Mask]]
+) -> tuple[Array, Array]:  # fmt: skip
+    """Return the powers of windows of what repeats differ by, V^2, in either of two places of every recording.
 
     Either has the shape (2, windows): of their means, and what single readings alone would make of that.
     """
-    residual, size = observation.residual(chain), _size(observation)
     found: tuple[list[Array], list[Array]] = [np.zeros((2, 0))], [np.zeros((2, 0))]
-    places = _pushed_and_held(held_in_gap(chain, observation), observation)
-    for once, again, both in compared(observation, residual):
-        differs = (residual[once] - residual[again]) / np.sqrt(2.0)
-        for which, where in zip(found, places, strict=True):
-            means, alone = _means(differs, _begins(where[once] & where[again] & both, size), size)
-            which.append(np.stack((np.square(means), alone)))
+    for observation, both_places in zip(observations, places, strict=True):
+        residual, size = observation.residual(chain), _size(observation)
+        for once, again, both in compared(observation, residual):
+            differs = (residual[once] - residual[again]) / np.sqrt(2.0)
+            for which, where in zip(found, both_places, strict=True):
+                means, alone = _means(differs, _begins(where[once] & where[again] & both, size), size)
+                which.append(np.stack((np.square(means), alone)))
     return np.concatenate(found[0], axis=1), np.concatenate(found[1], axis=1)
 
 
@@ -123,6 +143,13 @@ def _pushed_and_held(held: Mask, observation: Observation) -> tuple[Mask, Mask]:
     """Return where a border has pushed w for long enough, and where w has been held in the gap for as long."""
     settled = round(SETTLED_S * observation.trace.rate_hz)
     return np.asarray(age(~held) >= settled), np.asarray(age(held) >= settled)
+
+
+def _pushed_up_and_down(chain: Chain, observation: Observation) -> tuple[Mask, Mask]:
+    """Return where w has been pushed up for long enough, and where it has been pushed down for as long."""
+    settled = round(SETTLED_S * observation.trace.rate_hz)
+    moves = np.diff(tap(chain, signals(chain, observation.trace), "w"), prepend=0.0)
+    return np.asarray(age(moves > 0.0) >= settled), np.asarray(age(moves < 0.0) >= settled)
 
 
 def _means(values: Array, begins: NDArray[np.int64], size: int) -> tuple[Array, Array]:

@@ -43,5 +43,6 @@ def described(beyond: Located) -> str:
     best, at = beyond.best, beyond.place.label
     at += "" if best.place is beyond.place else f" (as if at {best.place.label}, where it has not come in)"
     whole = beyond.leaves_noise and beyond.fitted[0][1] is beyond.nearest
-    share = "all of the misfit but what may be noise" if whole else f"{100 * min(beyond.share, 1.0):.0f} % of the misfit"
-    return f"{best.kind} at {at} along {best.axis} accounts for {share}"
+    share = "all" if whole else f"{100 * min(beyond.share, 1.0):.0f} %"
+    but = " but what may be noise" if whole else ""
+    return f"{best.kind} at {at} along {best.axis} accounts for {share} of the misfit{but}"

@@ -461,6 +461,11 @@ def _detents(rng: Rng, reach: Reach) -> Scaled:
     return lambda strength: {"pull": 3.0 * pitch * strength, "pitch": pitch}
 
 
+def _popcorn_gap(rng: Rng, reach: Reach) -> Scaled:
+    rate, size = between(rng, 0.3, 5.0), 0.4 * sign(rng) * reach.rig.half_gap_v
+    return lambda strength: {"rate": rate, "size": size * strength}
+
+
 def _dent(rng: Rng, reach: Reach) -> Scaled:
     level, up = float(rng.uniform(-0.5, 0.5)) * reach.high_w_v, sign(rng)
     width = float(rng.uniform(0.05, 0.25)) * reach.high_w_v
@@ -516,6 +521,7 @@ UNHEARD: tuple[Kind, ...] = (
     Kind("varistor", "G1", "varistor in G1", _varistor(before=True)),
     Kind("varistor", "G2", "varistor in G2", _varistor(before=False)),
     Kind("detents", "F", "detents", _detents),
+    Kind("popcorn_gap", "F", "popcorn_gap", _popcorn_gap),
     Kind("plastic_gap", "F", "plastic_gap", _one("k", lambda r: 0.5 / r.v_v)),
     Kind("sawtooth", "G1", "sawtooth", _sawtooth),
     Kind("remembering_gap", "F", "remembering_gap", _one("k", lambda r: 0.5 / r.v_v)),

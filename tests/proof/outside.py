@@ -293,6 +293,16 @@ def remembering_gap(v: Array, scene: Scene) -> Array:
     return play(rig.s_l * (v - wider * rig.d_l_v), rig.s_u * (v - wider * rig.d_u_v), 0.0, 1.0, 0.0)
 
 
+def popcorn_gap(v: Array, scene: Scene) -> Array:
+    """Let the crossing of rises jump out by ``size`` [V] and back at moments of chance, ``rate`` a second: its zener.
+    """
+    rig, mean_s = scene.rig, 1.0 / scene.values["rate"]
+    time_s = scene.grid.start_s + scene.grid.run_s
+    moments_s = np.cumsum(scene.rng.exponential(mean_s, 200 + round(2.0 * time_s[-1] / mean_s)))
+    further = scene.values["size"] * (np.searchsorted(moments_s, time_s) % 2)
+    return play(rig.s_l * (v - rig.d_l_v - further), rig.s_u * (v - rig.d_u_v), 0.0, 1.0, 0.0)
+
+
 def plastic_gap(v: Array, scene: Scene) -> Array:
     """Let both crossings grow by k [1/V] of how far v ever went in the run: a gap that gives way for good."""
     rig = scene.rig
@@ -509,6 +519,7 @@ OUTSIDE: dict[str, tuple[Place, Change]] = {
     "varistor in G1": ("v", varistor),
     "varistor in G2": ("x", varistor),
     "detents": ("play", detents),
+    "popcorn_gap": ("play", popcorn_gap),
     "plastic_gap": ("play", plastic_gap),
     "sawtooth": ("v", sawtooth),
     "remembering_gap": ("play", remembering_gap),

@@ -7,7 +7,7 @@ import pytest
 
 from identify.effects import chain_of
 from identify.explain import explain, hidden
-from identify.explain.knowing import knows_contact, knows_f, knows_gap, ruled_out
+from identify.explain.knowing import knows_border, knows_contact, knows_f, knows_gap, ruled_out
 from identify.stage import Place
 from tests.proof.ask import known_effects
 from tests.proof.cases import Concealed
@@ -21,6 +21,7 @@ WALK, WAVE = staircase("walk", FIG13_LEVELS_V, 0.05, 4), sine("wave", 4.0, 3.0, 
 READING = Concealed("coloured_noise", {"sd": 0.01, "slope": 1.8})
 IN_GAP = Concealed("wandering_hold", {"sd": 0.05})
 AT_TURNS = Concealed("scattered_gap", {"sd": 0.0005})
+AT_ONE_BORDER = Concealed("popcorn_gap", {"size": 0.01, "rate": 4.0})
 IN_FRONT = Concealed("process_noise", {"sd": 0.02, "bandwidth": 20.0})
 
 
@@ -60,6 +61,23 @@ def test_noise_of_the_reading_does_not_know_when_contact_is_made(physics, knows)
         assert not knows_gap(chain, seen)
         assert ruled_out(chain, seen) == (Place.G2, Place.SENSE)
         assert not knows_contact(chain, [replace(seen[0], trace=replace(seen[0].trace, steps=()))])
+
+
+@pytest.mark.parametrize(
+    ("physics", "knows"),
+    [
+        ((), False), ((READING,), False), ((IN_FRONT,), False), ((IN_GAP,), False), ((AT_TURNS,), False),
+        ((AT_ONE_BORDER,), True), ((AT_ONE_BORDER, READING), False),
+    ],
+)  # fmt: skip
+def test_noise_of_the_reading_does_not_know_which_border_pushes(physics, knows):
+    """A crossing that jumps to and fro moves w while its border pushes, and leaves it off until the other does."""
+    chain, seen = chain_of(model_of(OP_AMP)), [observed(run, NOISE_V) for run in runs(physics)]
+    assert knows_border(chain, seen) is knows
+    if knows:
+        assert knows_f(chain, seen)
+        assert ruled_out(chain, seen) == (Place.G2, Place.SENSE)
+        assert not knows_border(chain, [replace(o, trace=replace(o.trace, steps=())) for o in seen])
 
 
 @pytest.mark.parametrize(("physics", "told"), [(READING, 80.0), (AT_TURNS, 0.0)])
