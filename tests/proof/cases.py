@@ -99,10 +99,6 @@ LIBRARY = (
     _known("self_heating, F", RC, 165, ("self-heating in F", "self_heating", "F", {"k": -1.3e-4, "tau": 0.087})),
     _known("feedthrough", OP_AMP, 119, ("feedthrough", "feedthrough", "sense", {"k": 0.0137})),
     _known(
-        "feedthrough, capacitive", OP_AMP, 168,
-        ("feedthrough through a capacitance", "feedthrough", "sense", {"k": 0.0137, "tau": 0.0031}),
-    ),
-    _known(
         "hum, sense", OP_AMP, 120,
         ("hum at sense", "hum", "sense", {"frequency": 50.013, "amplitude": 0.047, "third": 0.0146, "fifth": 0.0081}),
     ),

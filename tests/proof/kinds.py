@@ -277,11 +277,6 @@ def _lost(rng: Rng, reach: Reach) -> Scaled:
     return lambda strength: {"position": position, "count": count}
 
 
-def _coupled(rng: Rng, reach: Reach) -> Scaled:
-    tau, top = between(rng, 0.5e-3, 20e-3), 0.1 * sign(rng)
-    return lambda strength: {"k": top * strength, "tau": tau}
-
-
 def _without_gap(rig: Rig) -> Rig:
     """Return the rig as a rig file without a backlash knows it: one line w = s (v - d)."""
     middle = 0.5 * (rig.d_l_v + rig.d_u_v)
@@ -358,7 +353,6 @@ LIBRARY: tuple[Kind, ...] = (
     Kind("dead_time", "G2", "dead_time", _one("delay", lambda r: 4e-3), prepared=_in_time),
     Kind("adc_averaging", "sense", "adc_averaging", _one("length", lambda r: 20e-3)),
     Kind("feedthrough", "sense", "feedthrough", _one("k", lambda r: 0.1, signed=True)),
-    Kind("feedthrough", "sense", "feedthrough through a capacitance", _coupled),
     Kind("offset_drift", "sense", "offset_drift", _one("rate", lambda r: r.rig.noise_v, signed=True)),
     Kind("gain_drift", "sense", "gain_drift", _one("rate", lambda r: 5e-3, signed=True)),
     Kind("ac_coupling", "sense", "ac_coupling", _slow(4.0), _slow_t),

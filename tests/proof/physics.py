@@ -307,13 +307,6 @@ def feedthrough(y: Array, scene: Scene) -> Array:
     return y + scene.values["k"] * before
 
 
-def coupled(y: Array, scene: Scene) -> Array:
-    """Add k times what a capacitance passes of what the DAC holds, into a resistance: a high-pass of ``tau`` [s]."""
-    before = np.concatenate([[0.0], scene.u[:-1]])
-    keep = float(np.exp(-1.0 / (scene.grid.rate_hz * scene.values["tau"])))
-    return y + scene.values["k"] * (before - np.asarray(lfilter([1.0 - keep], [1.0, -keep], before)))
-
-
 MAINS_LINES = {1: "amplitude", 2: "second", 3: "third", 4: "fourth", 5: "fifth"}
 
 
@@ -457,7 +450,6 @@ WHERE: dict[str, tuple[Place, Change]] = {
     "dead_time": ("late", dead_time),
     "clock_skew": ("late", clock_skew),
     "feedthrough": ("y", feedthrough),
-    "feedthrough through a capacitance": ("y", coupled),
     "gain_drift": ("y", gain_drift),
     "rectifying_sensor": ("y", rectifying_sensor),
     "offset_drift": ("y", offset_drift),

@@ -24,7 +24,7 @@ TOLD_ELSEWHERE = {  # the contract of effects tries them, too, and python -m tes
     "plateau_tilt", "plateau_droop, bias current", "extra_pole, G2", "offset_drift", "rectifying_sensor", "ac_coupling",
     "second_play", "soft_saturation", "curved_border", "gain_drift", "hum, G1", "unequal_slopes", "diode_clamp",
     "dead_time", "adc_nonlinearity", "self_heating, F", "capacitor_nonlinearity, G1", "capacitor_nonlinearity, G2",
-    "hum, sense", "feedthrough", "feedthrough, capacitive",
+    "hum, sense", "feedthrough",
     "saturation",  # the demo and its flow tests tell it, and a circuit of op-amps
     "plateau_droop, leak across", "hum, F",  # of each another form or place is in a pair or a circuit
     "plateau_droop, leak",  # a real resistor across a real capacitor is in tests/proof/circuit

@@ -63,10 +63,6 @@ TWINS = {
         Physics("curved_border", {"k2": 0.21, "k3": -0.07}),
     ),
     "knee": (SKEWED, Concealed("soft_knee", {"width": 0.08}), Physics("soft_knee", {"width": 0.08})),
-    "coupled wires": (
-        OP_AMP, Concealed("feedthrough through a capacitance", {"k": 0.13, "tau": 4e-3}),
-        Physics("feedthrough", {"k": 0.13, "tau": 4e-3}, form="capacitive"),
-    ),
     "bypass": (OP_AMP, Concealed("plateau_tilt", {"k": 0.13}), Physics("plateau_tilt", {"k": 0.13})),
     "leak": (OP_AMP, Concealed("leak", {"rate": 3.7}), Physics("plateau_droop", {"rate": 3.7})),
     "bias": (
