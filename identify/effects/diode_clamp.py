@@ -38,7 +38,8 @@ class DiodeClamp(Effect):
     )
     sentence = (
         "A diode in F, a protection diode to a rail or a clamp to ground, conducts at large levels and stops w softly: "
-        "{}. Remove it, or keep w well below the knee."
+        "{}. One across the capacitor of G2, or a varistor, does nearly the same where G2 is quick. Remove it, or keep "
+        "w well below the knee."
     )
     axis = "level of w"
     fingerprint = "exponential knee of fixed voltage, one small slope beyond it"
