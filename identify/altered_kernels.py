@@ -59,7 +59,9 @@ def creeping_play(
     """
     last = moves.size - 1
     for j in range(lower.size):
-        at = min(max((w - first) / step, 0.0), float(last))
+        at = (w - first) / step
+        if not 0.0 <= at < last:  # nor is it where a search has led to no number
+            at = float(last) if at >= last else 0.0
         i = min(int(at), last - 1)
         w += moves[i] + (at - i) * (moves[i + 1] - moves[i])
         w = min(max(w, lower[j]), upper[j])

@@ -20,8 +20,8 @@ def current(first: float, step: float, rows: Array, level: float) -> tuple[float
     """
     last = rows.shape[0] - 1
     at = (level - first) / step
-    if at < 0.0 or at >= last:
-        return rows[0 if at < 0.0 else last, 0], 0.0
+    if not 0.0 <= at < last:  # nor is it where a search has led to no number
+        return rows[last if at >= last else 0, 0], 0.0
     piece = int(at)
     t, row = level - (first + piece * step), rows[piece]
     return row[0] + t * (row[1] + t * (row[2] + t * row[3])), row[1] + t * (2.0 * row[2] + 3.0 * t * row[3])

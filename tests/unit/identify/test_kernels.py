@@ -220,6 +220,18 @@ def test_beyond_its_last_knots_a_current_stays_as_it_is_there():
     assert out[-1] == pytest.approx(-4.5)  # else -5 V would be left with 0.5 s^3 = -5 - s, at -1.8 V
 
 
+@pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf])
+def test_no_number_is_looked_up_beyond_the_levels_that_are_there(wrong):
+    """A search may lead to none, and a place in memory that is not the table's must not be read for it."""
+    signal, out = np.array([0.0, wrong, 1.0]), np.empty(3)
+    loading.loaded(-1.0, 1.0, 0.5 * CUBES, 20.0, (0.0, 0.0), signal, out)
+    assert out[0] == 0.0
+    assert loading.current(-1.0, 1.0, CUBES, wrong) == ((1.0 if wrong > 0.0 else -1.0), 0.0)
+    altered_kernels.creeping_play(np.full(3, -9.0), np.full(3, 9.0), 0.0, 4.0, np.array([0.1, wrong]), 2.0, out)
+    altered_kernels.creeping_play(np.full(3, -9.0), np.full(3, 9.0), 0.0, 4.0, np.array([0.1, 0.3]), wrong, out)
+    assert np.all((np.abs(out) <= 9.0) | np.isnan(out))
+
+
 def test_what_goes_on_after_impact_goes_with_how_fast_contact_was_made():
     v, step_s = 3.0 * np.sin(np.linspace(0.0, 30.0, 900)), 1e-3
     knots, after = np.array([2e-3, 5e-3, 0.05]), np.array([0.3, -0.1, 0.02])
