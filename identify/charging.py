@@ -40,11 +40,19 @@ def _lost(law: tuple[float, float, float, float], level: float) -> tuple[float, 
 
 
 @njit(error_model="numpy", cache=True)
+def shares(tau: float) -> tuple[float, float, float, float]:
+    """Return what a lag of ``tau`` steps keeps in a step of what goes straight, and its shares of the early and late
+    end of that and of a whole.
+    """
+    mean = -tau * np.expm1(-1.0 / tau)
+    return np.exp(-1.0 / tau), mean - np.exp(-1.0 / tau), 1.0 - mean, mean
+
+
+@njit(error_model="numpy", cache=True)
 def constants(k1: float, k2: float, tau: float) -> tuple[float, float, float, float, float, float, float, float]:
     """Return k1, k2, the ends of the law, what a lag keeps in a step, and shares of the early, late and last charge."""
     low, high = _ends(k1, k2)
-    mean = -tau * np.expm1(-1.0 / tau)  # of the lag's answer over a step
-    return k1, k2, low, high, np.exp(-1.0 / tau), mean - np.exp(-1.0 / tau), 1.0 - mean, mean
+    return k1, k2, low, high, *shares(tau)
 
 
 @njit(error_model="numpy", cache=True)

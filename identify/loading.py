@@ -2,9 +2,9 @@
 
 from typing import Any
 
-import numpy as np
 from numba import njit
 
+from identify.charging import shares
 from identify.trace import Array
 
 CLOSE = 1e-13  # of the larger of the level and a volt: what a step towards the level may leave
@@ -37,9 +37,7 @@ def loaded(
     before the first instant, returned as it ends. The level is found by Newton's method.
     """
     lag, before = state
-    kept = np.exp(-1.0 / tau)
-    mean = -tau * np.expm1(-1.0 / tau)  # of the lag's answer over a step
-    early, late = mean - kept, 1.0 - mean
+    kept, early, late, _ = shares(tau)
     for j in range(signal.size):
         right = signal[j] - kept * lag - early * before
         level = right - late * before

@@ -76,7 +76,7 @@ class Located:
         """Return which share of the misfit the best correction explains."""
         return self.fitted[0][1].share(self.base)
 
-    @property
+    @cached_property
     def nearest(self) -> Hypothesis:
         """Return the fit that leaves least."""
         return min((h for _, h in self.fitted), key=lambda h: h.chi2)
@@ -109,12 +109,12 @@ class Located:
 
     def _in_doubt(self, fitted: Hypothesis) -> float:
         """Return the odds of a correction that explains less than the best: by no more than that leaves, it may be."""
-        behind = fitted.chi2 - min(h.chi2 for _, h in self.fitted)
+        behind = fitted.chi2 - self.nearest.chi2
         return (self.doubt / (self.doubt + behind)) ** UNFINISHED if self.doubt else 0.0
 
     def _as_good(self, fitted: Hypothesis) -> bool:
         """Return whether a correction is behind the best by no more than knots make of a law that is none of theirs."""
-        least = min(h.chi2 for _, h in self.fitted)
+        least = self.nearest.chi2
         return fitted.chi2 - least < ROUNDED * (self.base.chi2 - least)
 
     def foretold(self, correction: Correction, fitted: Hypothesis) -> bool:
@@ -167,7 +167,7 @@ def doubted(bench: Bench, found: Located) -> Located:
 
 def _doubt(bench: Bench, found: Located) -> float:
     """Return by how much corrections would let chi-squared fall once more beside the best of those that were fitted."""
-    return explainable(bench.suspects(min((h for _, h in found.fitted), key=lambda h: h.chi2)))
+    return explainable(bench.suspects(found.nearest))
 
 
 def _others(bench: Bench, found: Located) -> Located:

@@ -20,7 +20,7 @@ class Drawn(OverLevel):
     """
 
     form = "current over the level"
-    kind = "a current drawn by a law of the level"
+    kind = "a load current that goes with the level"
     equation = "s' = s - e, tau de/dt = c(s') - e, c a cubic spline through the knots, beyond them as at the last"
     knot_unit = "V"
     weights = (("draw", "V"),)

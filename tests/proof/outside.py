@@ -139,10 +139,14 @@ def stray_line(y: Array, scene: Scene) -> Array:
 
 def telegraph(y: Array, scene: Scene) -> Array:
     """Let the zero jump up by ``size`` [V] and back at moments of chance, ``rate`` a second: popcorn noise."""
-    last_s = scene.clock_s[-1]
+    return y + scene.values["size"] * _jumped(scene.clock_s, scene)
+
+
+def _jumped(time_s: Array, scene: Scene) -> Array:
+    """Return 1 and 0 in turn, changing at moments of chance, ``rate`` a second, of the clock from zero on."""
     mean_s = 1.0 / scene.values["rate"]
-    moments_s = np.cumsum(scene.rng.exponential(mean_s, 200 + round(2.0 * last_s / mean_s)))
-    return y + scene.values["size"] * (np.searchsorted(moments_s, scene.clock_s) % 2)
+    moments_s = np.cumsum(scene.rng.exponential(mean_s, 200 + round(2.0 * time_s[-1] / mean_s)))
+    return np.asarray(np.searchsorted(moments_s, time_s) % 2)
 
 
 def missing_code(y: Array, scene: Scene) -> Array:
@@ -296,10 +300,7 @@ def remembering_gap(v: Array, scene: Scene) -> Array:
 def popcorn_gap(v: Array, scene: Scene) -> Array:
     """Let the crossing of rises jump out by ``size`` [V] and back at moments of chance, ``rate`` a second: its zener.
     """
-    rig, mean_s = scene.rig, 1.0 / scene.values["rate"]
-    time_s = scene.grid.start_s + scene.grid.run_s
-    moments_s = np.cumsum(scene.rng.exponential(mean_s, 200 + round(2.0 * time_s[-1] / mean_s)))
-    further = scene.values["size"] * (np.searchsorted(moments_s, time_s) % 2)
+    rig, further = scene.rig, scene.values["size"] * _jumped(scene.grid.start_s + scene.grid.run_s, scene)
     return play(rig.s_l * (v - rig.d_l_v - further), rig.s_u * (v - rig.d_u_v), 0.0, 1.0, 0.0)
 
 
